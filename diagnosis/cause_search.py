@@ -20,9 +20,10 @@ from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import Linearisation
 from diagnosis.look_alikes import NamedCause, with_look_alikes
 from diagnosis.noise_ensemble import NoiseEnsemble
+from diagnosis.noise_excess import NoiseExcess
 from diagnosis.nuisances import MAX_TOLERANCES
 from diagnosis.offered_causes import with_effects
-from diagnosis.remainder import leaves_plainly_more
+from diagnosis.remainder import MAX_REMAINDER, leaves_plainly_more
 from diagnosis.single_place import with_single_places
 from diagnosis.sticking_motors import motors_stick
 from diagnosis.worth_naming import MIN_EXPLAINED
@@ -40,6 +41,9 @@ MAX_SHARE_OF_OTHER_FORM = 0.1
 
 MIN_SHARE_BESIDE_UNKNOWN = 0.02
 """of all that is beyond noise: what a cause takes at least that takes less than is left (docs/thresholds.md)"""
+
+MAX_SHARE_CLEARED = 0.5
+"""of what an equation had above noise, that is left where a cause is said to clear it (docs/thresholds.md)"""
 
 SAME_SIGMAS = 3.0
 """standard deviations within which a motor's gain is that of its drum (docs/thresholds.md)"""
@@ -208,17 +212,31 @@ def _without_stand_ins(
 ) -> tuple[tuple[NamedCause, ...], FitStage]:
     """Without causes that take a small share of all, and less than what is left beside them plainly above noise.
 
-    They may mend the form of another one's law, or stand in for what nobody knows."""
+    They may mend the form of another one's law, or stand in for what nobody knows. None does that clears an equation: beside it another
+    one may hold far more that nobody knows."""
     if not leaves_plainly_more(last.excess):
         return causes, last
     least = min(last.surplus, MIN_SHARE_BESIDE_UNKNOWN * first.surplus)
-    small = [i for i, cause in enumerate(causes) if cause.gain < least]
-    if not 0 < len(small) < len(causes):
-        return causes, last
-    without = fitted_without(fitter, last, small)
-    if not without.possible:
-        return causes, last
-    return tuple(cause for i, cause in enumerate(causes) if i not in small), without
+    small = sorted((i for i, cause in enumerate(causes) if cause.gain < least), key=lambda i: causes[i].gain)
+    # two may each take little beside the other, and much together: all at once, else one after the other
+    for tried in ([small], [[i] for i in small]):
+        left_out, rest = list[int](), last
+        for more in tried:
+            if not 0 < len(left_out) + len(more) < len(causes):
+                break
+            without = fitted_without(fitter, last, [*left_out, *more])
+            takes_little = without.surplus - last.surplus < least and not _is_cleared(without.excess, last.excess)
+            if without.possible and takes_little:
+                left_out, rest = [*left_out, *more], without
+        if left_out:
+            return tuple(cause for i, cause in enumerate(causes) if i not in left_out), rest
+    return causes, last
+
+
+def _is_cleared(before: NoiseExcess, after: NoiseExcess) -> bool:
+    """Whether most of what an equation held plainly above noise is gone."""
+    plain = before.ratio >= MAX_REMAINDER
+    return bool(np.any(plain & (after.ratio**2 - 1 < MAX_SHARE_CLEARED * (before.ratio**2 - 1))))
 
 
 def _without_untold(fitter: CauseFitter, stage: FitStage) -> FitStage | None:

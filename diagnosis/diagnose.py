@@ -10,18 +10,20 @@ from diagnosis.arm_error import ArmError, arm_error
 from diagnosis.cause import Cause
 from diagnosis.cause_parameters import parameters_of
 from diagnosis.cause_picture import CausePicture, cause_pictures
-from diagnosis.cause_search import Search, search_causes
+from diagnosis.cause_search import Search
 from diagnosis.cause_share import CauseShare, cause_shares
-from diagnosis.causes_beside_laws import with_laws
 from diagnosis.detectability import Detectability, detectability
 from diagnosis.drawing_findings import DrawingFinding, drawing_findings
+from diagnosis.findings import Findings, HeldOut, findings, first_beside
 from diagnosis.fit_stage import FitStage
-from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_excess, held_out_residuals
+from diagnosis.held_out_gain import Gain
 from diagnosis.hypothesis import Hypothesis, as_described
 from diagnosis.law_gains import GainedLaw
-from diagnosis.noise_ensemble import NoiseEnsemble, noise_ensemble
-from diagnosis.noise_excess import ABOVE_NOISE_RATIO, NoiseExcess
+from diagnosis.noise_ensemble import noise_ensemble
+from diagnosis.noise_excess import NoiseExcess
 from diagnosis.remainder import Remainder, plainly_left, remainders
+from diagnosis.residual_episodes import Episode
+from diagnosis.short_disturbances import stretches_in_words
 from diagnosis.signature import Signature, signature
 from diagnosis.simulated_gain import SimulatedModel, simulated_gains, simulated_shares
 from diagnosis.worth_naming import MIN_EXPLAINED
@@ -42,8 +44,6 @@ MAX_INVISIBLE_SHARE = 0.5
 MOTORS_STICK = (
     "motors stick: dry friction holds them at rest by anything up to its greatest, and what is left there counts little"
 )
-_WORSE_SIGMAS = 3.0
-"""standard deviations by which the extended model must be worse for its causes to be taken back (docs/thresholds.md)"""
 _HELD_OUT_SEED = 100
 """added to the random seed of recordings that are not fitted"""
 
@@ -74,6 +74,8 @@ class Diagnosis:
     """why, where one of both models is none that moves"""
     simulated_shares: tuple[float | None, ...] = ()
     """of each cause, rad: by how much simulated joint angles differ without it; none where nothing was simulated"""
+    set_aside: tuple[tuple[Episode, ...], tuple[Episode, ...]] = ((), ())
+    """stretches of the recordings that were fitted, and of those that were not, in which something short acts that outweighs all"""
     arm_error: ArmError | None = None
     """how far the simulated arm is from the measured one; None where nothing was simulated"""
 
@@ -120,7 +122,7 @@ class Diagnosis:
     @property
     def something_remains(self) -> bool:
         """Whether something unknown remains beside what is named."""
-        return bool(self.causes) and bool(plainly_left(self.remainder))
+        return bool(self.causes) and bool(plainly_left(self.remainder) or any(self.set_aside))
 
     @property
     def explained(self) -> float:
@@ -151,31 +153,19 @@ def diagnose(
     progress("noise")
     fitted = [noise_ensemble(data, frame_angles(data), seed + i) for i, data in enumerate(recordings)]
     others = [noise_ensemble(data, frame_angles(data), seed + _HELD_OUT_SEED + i) for i, data in enumerate(held_out)]
-    progress("causes")
-    search = search_causes(h, fitted, seed)
-    progress("gain")
-    held = _held_out(search, search.last, others)
-    taken_back: list[str] = []
-    while held.worse and search.named:
-        before, search = search, search.without_the_least()
-        taken_back += [n.effect.name for n in before.named if n.effect not in {m.effect for m in search.named}]
-        held = _held_out(search, search.last, others)
-    laws: tuple[GainedLaw, ...] = ()
-    stage = search.last
-    if stage.excess.above_noise:
-        progress("laws that nobody listed")
-        found = with_laws(search, held.residuals, fitted, others, seed)
-        if found.stage is not stage:
-            with_them = _held_out(found.search, found.stage, others)
-            if found.laws or not with_them.worse:
-                search, laws, stage, held = found.search, found.laws, found.stage, with_them
-    simulation = _simulation(search, stage, held, others, progress)
+    found = findings(h, fitted, others, seed, progress)
+    search, laws, stage, held = found.search, found.laws, found.stage, found.held
+    simulation = _simulation(search, stage, held, progress)
     visible = detectability(search)
     left = held.remainder or remainders(search.first.excess, stage.excess, h.arm.M, held_out=False)
-    verdict, why = _verdict(search, visible, left, held.holds, laws)
-    if taken_back:
-        names = ", ".join(taken_back)
+    verdict, why = _verdict(found, visible, left)
+    if found.taken_back:
+        names = ", ".join(found.taken_back)
         why = "; ".join(filter(None, [why, f"{names} would explain more, but not on recordings that were not fitted"]))
+    if aside := stretches_in_words(found.stretches, len(recordings)):
+        why = "; ".join(filter(None, [why, f"something short outweighs all there, and is set aside: {aside}"]))
+    if aside := stretches_in_words(held.stretches, len(held_out)):
+        why = "; ".join(filter(None, [why, f"the same on recordings that were not fitted: {aside}"]))
     if stage.before_causes.held.motors:
         why = "; ".join(filter(None, [why, MOTORS_STICK]))
     return Diagnosis(
@@ -183,7 +173,7 @@ def diagnose(
         why=why,
         search=search,
         detectability=visible,
-        signature=signature(search.first, search.last),
+        signature=_signature(found),
         gains=(*held.gains, *simulation.gains),
         remainder=left,
         drawing=drawing_findings(stage),
@@ -192,7 +182,14 @@ def diagnose(
         not_simulated=simulation.refused,
         simulated_shares=simulation.shares[: len(search.named)],
         arm_error=simulation.arm_error,
+        set_aside=(found.stretches, held.stretches),
     )
+
+
+def _signature(found: Findings) -> Signature:
+    """Of what the base model leaves, with the stretches that were set aside for causes."""
+    of_base = signature(found.search.first, found.search.last)
+    return replace(of_base, episodes=found.stretches) if found.stretches and found.search.named else of_base
 
 
 def _check(recordings: Sequence[DataSet], held_out: Sequence[DataSet]) -> None:
@@ -206,56 +203,6 @@ def _check(recordings: Sequence[DataSet], held_out: Sequence[DataSet]) -> None:
 
 def _same(a: DataSet, b: DataSet) -> bool:
     return len(a.state) == len(b.state) and np.array_equal(a.state.matrix("theta"), b.state.matrix("theta"))
-
-
-@dataclass(frozen=True)
-class _HeldOut:
-    """What recordings that were not fitted say of a search; nothing, where there are none."""
-
-    gains: tuple[Gain, ...] = ()
-    """in the equations"""
-    remainder: tuple[Remainder, ...] = ()
-    holds: bool = True
-    """whether the causes explain these too"""
-    worse: tuple[str, ...] = ()
-    """equations in which the extended model does worse than the base model"""
-    residuals: HeldOutResiduals | None = None
-    """what is left with the causes"""
-    residuals_before: HeldOutResiduals | None = None
-    """what is left without them"""
-
-
-def _held_out(search: Search, last: FitStage, ensembles: Sequence[NoiseEnsemble]) -> _HeldOut:
-    """last: the stage whose causes are held against the first's."""
-    if not ensembles:
-        return _HeldOut()
-    whiten, relaxed, motors = search.fitter.whiten, bool(last.causes), last.before_causes.arm.M
-    first = _first_beside(search, last)
-    old = held_out_residuals(first, ensembles, whiten, relaxed)
-    new = held_out_residuals(last, ensembles, whiten, relaxed) if last.causes else old
-    of_equations = gains(old, new, motors)
-    worse = tuple(
-        g.measure
-        for g in of_equations
-        if g.after - g.before > _WORSE_SIGMAS * g.sigma and g.after > ABOVE_NOISE_RATIO * g.noise_floor
-    )
-    before, after = held_out_excess(old, new), held_out_excess(new, new)
-    # causes must take from other recordings as much of what stands plainly above noise as where they were fitted
-    holds = after.energy_above_limit <= (1 - MIN_EXPLAINED) * before.energy_above_limit
-    return _HeldOut(
-        gains=of_equations,
-        remainder=remainders(before, after, motors, held_out=True),
-        holds=holds,
-        worse=worse,
-        residuals=new,
-        residuals_before=old,
-    )
-
-
-def _first_beside(search: Search, last: FitStage) -> FitStage:
-    """The first stage of a search, where rows at rest count as in the last: alike before and after."""
-    as_held = replace(search.first.before_causes, held=last.before_causes.held)
-    return replace(search.first, before_causes=as_held)
 
 
 @dataclass(frozen=True)
@@ -273,8 +220,7 @@ class _Simulation:
 def _simulation(
     search: Search,
     last: FitStage,
-    held: _HeldOut,
-    ensembles: Sequence[NoiseEnsemble],
+    held: HeldOut,
     progress: Callable[[str], object],
 ) -> _Simulation:
     """With the causes of the last stage, and without; held: what these recordings say of their equations."""
@@ -282,11 +228,11 @@ def _simulation(
         return _Simulation()
     progress("simulation")
     try:
-        with_them = SimulatedModel(last, held.residuals, ensembles)
+        with_them = SimulatedModel(last, held.residuals, held.ensembles)
         without = with_them
         if last.causes:
-            first = _first_beside(search, last)
-            without = SimulatedModel(first, held.residuals_before, ensembles, noise_floor=False)
+            first = first_beside(search, last)
+            without = SimulatedModel(first, held.residuals_before, held.ensembles, noise_floor=False)
         return _Simulation(
             gains=simulated_gains(without, with_them),
             shares=simulated_shares(with_them, last.causes),
@@ -296,12 +242,13 @@ def _simulation(
         return _Simulation(refused=str(refused))
 
 
-def _verdict(
-    search: Search, visible: Detectability, left: Sequence[Remainder], holds: bool, laws: Sequence[GainedLaw] = ()
-) -> tuple[str, str]:
-    """The verdict and why; holds: whether causes explain the recordings that were not fitted too, if there are any."""
+def _verdict(found: Findings, visible: Detectability, left: Sequence[Remainder]) -> tuple[str, str]:
+    """The verdict and why; left: of each equation."""
+    search, laws = found.search, found.laws
     law, plain = unlisted_law(search, laws), plainly_left(left)
     if not search.named:
+        if found.stretches:
+            return "unknown", "beside short disturbances nothing stands above noise"
         if search.first.excess.above_noise:
             why = "the data differ from the model, and no cause that is known explains it"
             return "unknown", "; ".join(filter(None, [why, law]))
@@ -313,7 +260,7 @@ def _verdict(
         if len(visible.invisible) > MAX_INVISIBLE_SHARE * len(visible.effects):
             return "insufficient", f"these recordings could not show {', '.join(visible.invisible)}"
         return "consistent", "nothing stands above noise"
-    if not holds:
+    if not found.held.holds:
         worst = max(r.ratio for r in left)
         why = f"what explains the fitted recordings leaves {worst:.1f} times noise on those that were not fitted"
         return "insufficient", why

@@ -45,6 +45,8 @@ class HeldOutResiduals:
     """variance by what the fit left uncertain of its numbers, of each recording, (C, S)"""
     frame_lags: tuple[float, ...]
     """s, as in Linearisation"""
+    times: tuple[Array, ...]
+    """of each recording's rows, (S,), s from its start"""
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ def held_out_residuals(
 
     clock_relaxed: whether clocks are in doubt because the base model's laws are wrong."""
     fitted, fit, h, causes = stage.comparison, stage.fit, stage.hypothesis, stage.causes
-    residuals, noise, uncertain, frame_lags = [], [], [], []
+    residuals, noise, uncertain, frame_lags, times = [], [], [], [], []
     for recording in ensembles:
         ensemble = recording.with_motor_speeds(fitted.linearisation.machine, fitted.linearisation.recordings[0].delay)
         at = _transferred(fitted.linearisation, fit, h, ensemble)
@@ -96,7 +98,8 @@ def held_out_residuals(
         with_causes = compare(at, causes, (), comparison.nuisances, whiten, clock_relaxed=clock_relaxed)
         uncertain.append(weights**2 * _uncertainty(with_causes, fitted, fit))
         frame_lags.append(float(at.frame_lags[0]))
-    return HeldOutResiduals(tuple(residuals), tuple(noise), tuple(uncertain), tuple(frame_lags))
+        times.append(read.signals.kept_time)
+    return HeldOutResiduals(tuple(residuals), tuple(noise), tuple(uncertain), tuple(frame_lags), tuple(times))
 
 
 def _with_own_numbers(

@@ -61,6 +61,17 @@ class NoiseEnsemble:
         draws = tuple(replace(draw, speeds=data.speeds) for draw in self.draws)
         return NoiseEnsemble(data, draws, replace(self.noise_free, speeds=data.speeds), self._kept)
 
+    def without(self, stretches: Sequence[tuple[float, float]]) -> "NoiseEnsemble":
+        """The same where the rows of stretches, s from the recording's start, are as if they had not been logged."""
+        if not stretches:
+            return self
+        begin = float(self.data.state.time[0])
+        gaps = [*self.data.clock.get("log_gaps", ()), *([begin + a, begin + b] for a, b in stretches)]
+        data, *draws, noise_free = (
+            replace(data, clock={**data.clock, "log_gaps": gaps}) for data in (self.data, *self.draws, self.noise_free)
+        )
+        return NoiseEnsemble(data, tuple(draws), noise_free)
+
 
 def noise_ensemble(data: DataSet, frames: FrameAngles, seed: int, draws: int = DRAWS) -> NoiseEnsemble:
     """A recording and its draws; frames: on the log's clock. Cables have no part in the state: they are what is in question."""

@@ -55,6 +55,11 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         "arm_error": d.arm_error and d.arm_error.as_json(),
         "remainder": [r.as_json() for r in d.remainder],
         "something_remains": d.something_remains,
+        "set_aside": [
+            {"recording": e.recording + 1, "held_out": held_out, "from_s": e.begin, "to_s": e.end}
+            for stretches, held_out in zip(d.set_aside, (False, True), strict=True)
+            for e in stretches
+        ],
         "unlisted": search.unlisted and search.unlisted.as_json(),
         "found_laws": [found.as_json() for found in d.found_laws],
         "drawing": [f.as_json() for f in d.drawing],

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.linearisation import RecordingLinearisation
-
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
@@ -49,12 +47,8 @@ class Episode:
     end: float
 
 
-def rms_course(
-    recording: RecordingLinearisation, before: Array, after: Array, noise_draws: Sequence[Array]
-) -> RmsCourse:
-    """Of residuals (C, S), and of draws of noise."""
-    s = recording.signals
-    time = s.time[s.low_pass.kept] - s.time[0]
+def rms_course(time: Array, before: Array, after: Array, noise_draws: Sequence[Array]) -> RmsCourse:
+    """Of residuals (C, S), and of draws of noise; time: of their rows, (S,), s from the recording's start."""
     window_s = max(WINDOW_S, float(time[-1] - time[0]) / MAX_WINDOWS)
     window = ((time - time[0]) / window_s).astype(int)
     used, window = np.unique(window, return_inverse=True)

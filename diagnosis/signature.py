@@ -86,7 +86,7 @@ def signature(first: FitStage, last: FitStage) -> Signature:
     before, after = first.judged_residuals, last.judged_residuals
     recordings = base.linearisation.recordings
     courses = tuple(
-        rms_course(recording, old, new, draws)
+        rms_course(recording.signals.kept_time, old, new, draws)
         for recording, old, new, draws in zip(recordings, before, after, first.judged_noise, strict=True)
     )
     grid_rows = [_grid_rows(r.signals.low_pass.kept, r.signals.low_pass.factor) for r in recordings]

@@ -94,6 +94,11 @@ class Signals:
         return self.time - self.time[0]
 
     @property
+    def kept_time(self) -> Array:
+        """`since_began` of the rows that the equations keep, (S,), s."""
+        return self.since_began[self.low_pass.kept]
+
+    @property
     def step(self) -> float:
         """Time between rows, s."""
         return float(self.time[1] - self.time[0])

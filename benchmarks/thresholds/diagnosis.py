@@ -239,7 +239,8 @@ def _thresholds() -> list[Threshold]:
         Threshold("diagnosis.remainder", "MAX_REMAINDER", 1.25, 2.0),
         Threshold(excess, "ABOVE_NOISE_RATIO", 1.125, 1.5),
         *scaled("diagnosis.fit_stage", "IMPOSSIBLE_SIGMAS"),
-        *scaled("diagnosis.diagnose", "TOO_MANY_TIED", "MAX_INVISIBLE_SHARE", "_WORSE_SIGMAS"),
+        *scaled("diagnosis.diagnose", "TOO_MANY_TIED", "MAX_INVISIBLE_SHARE"),
+        *scaled("diagnosis.findings", "_WORSE_SIGMAS"),
         *scaled("diagnosis.detectability", "_VISIBLE_SIZE"),
     ]
 

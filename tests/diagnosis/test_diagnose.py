@@ -96,6 +96,24 @@ def test_what_nobody_knows_is_unknown(tmp_path: Path) -> None:
     assert "in short episodes" in page
 
 
+def test_a_cause_is_named_beside_pushes_that_outweigh_it(tmp_path: Path) -> None:
+    """They leave 60 times noise and more in the arm's equations: their times are set aside, and that they are unknown is said."""
+    found, truth = diagnosed(tmp_path, ["outside_force", "base_tilt"], 7007)
+    (tilt,) = found["causes"]
+    assert (found["verdict"], tilt["effect"]) == ("cause", "base_tilt")
+    (number,) = tilt["parameters"]
+    true = truth["hidden"][1]["parameters"]["tilt"]
+    assert abs(number["value"] - true) < 3 * number["sigma"]
+    aside = [[e for e in found["set_aside"] if e["held_out"] is held_out] for held_out in (False, True)]
+    for stretches, seconds in zip(aside, SECONDS, strict=True):
+        assert len(stretches) == 3  # as often as somebody pushes in less than 30 s
+        assert sum(e["to_s"] - e["from_s"] for e in stretches) < seconds / 3
+    assert found["something_remains"]
+    assert "something short outweighs all there" in found["why"]
+    page = (tmp_path / "out/diagnosis.html").read_text(encoding="utf-8")
+    assert "something short outweighs all there" in page
+
+
 def test_moments_of_slack_are_told_in_12_s(tmp_path: Path) -> None:
     """Stiffer cables explain most of it where these were fitted, and nothing of the others."""
     found, _ = diagnosed(tmp_path, ["cable_slack"], 500, (12.0, 12.0))

@@ -13,7 +13,9 @@ ROWS, WORLDS, MOTORS = 1500, 150, 4
 def side(before: np.ndarray, floor: float = 1.0) -> HeldOutResiduals:
     rng = np.random.default_rng(0)
     nothing = np.zeros(before.shape)
-    return HeldOutResiduals((before,), ([floor * rng.normal(size=before.shape)],), (nothing,), (0.0,))
+    return HeldOutResiduals(
+        (before,), ([floor * rng.normal(size=before.shape)],), (nothing,), (0.0,), (np.arange(before.shape[1]) / 32,)
+    )
 
 
 def gained(seed: int, remembers: float, common: float) -> tuple[Gain, Gain]:
@@ -51,7 +53,7 @@ def test_a_gain_is_the_root_of_mean_squares_by_equation() -> None:
 
 def test_what_the_fit_left_uncertain_is_part_of_the_floor() -> None:
     quiet = side(np.ones((7, 300)), floor=1e-6)
-    unsure = HeldOutResiduals(quiet.residuals, quiet.noise, (np.full((7, 300), 0.09),), (0.0,))
+    unsure = HeldOutResiduals(quiet.residuals, quiet.noise, (np.full((7, 300), 0.09),), (0.0,), quiet.times)
     assert gains(quiet, unsure, MOTORS)[0].noise_floor == pytest.approx(0.3, rel=1e-6)
 
 

@@ -57,7 +57,9 @@ def test_what_acts_in_one_block_alone_holds_where_hardly_more_than_noise_is_left
     noise, nothing = [np.ones((2, 900)) * [[3.0], [0.1]]] * 2, np.zeros((2, 900))
 
     def left(ratios: list[float]) -> HeldOutResiduals:
-        return HeldOutResiduals((np.array(ratios)[:, None] * noise[0],), (noise,), (nothing,), (0.0,))
+        return HeldOutResiduals(
+            (np.array(ratios)[:, None] * noise[0],), (noise,), (nothing,), (0.0,), (np.arange(900) / 32,)
+        )
 
     takes = law_gains._takes_nearly_all(left(before), left(after))
     assert takes is holds

@@ -50,8 +50,9 @@ def verdict(
     unlisted = None if explained is None else SimpleNamespace(function=function, explains=explained)
     first = SimpleNamespace(excess=SimpleNamespace(above_noise=above_noise))
     search: Any = SimpleNamespace(named=named, first=first, unlisted=unlisted)
+    found: Any = SimpleNamespace(search=search, laws=(), held=SimpleNamespace(holds=holds), stretches=())
     visible: Any = SimpleNamespace(invisible=(), effects=("a", "b"))
-    return _verdict(search, visible, left_with(*ratios), holds)
+    return _verdict(found, visible, left_with(*ratios))
 
 
 @pytest.mark.parametrize(
