@@ -35,6 +35,7 @@ from vision.recorded_linkage import RecordedLinkage
 from vision.repeated_pictures import repeated_pictures
 from vision.second_prints import second_print_warnings, second_prints, without_second_prints
 from vision.shutter import UNKNOWN_SHUTTER, Shutter
+from vision.turned_prints import turned_prints
 from vision.video import Segment, Video
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
@@ -152,12 +153,14 @@ def extract(
     ids = [marker.id for marker in markers.on_bars]
     cells = np.stack([marker_cells(markers.dictionary, i) for i in ids]) if options.template else None
     seen = correct_lens_bow(camera, tracks.corners, cells)
+    turned = turned_prints(neck, camera, seen, str(video.path))
     scale = beating_scale(tracks.time, seen, camera)
     if scale is not None:
         seen = at_usual_scale(seen, scale, camera)
     if tracks.covariance is not None:
         tracks = replace(tracks, covariance=steady_sizes(tracks.covariance))
-    covariance = tracks.covariance  # as single floats: hours of them as double ones would be most of memory
+    # covariance as single floats: hours of them as double ones would be most of memory
+    seen, covariance = turned.upright(seen, tracks.covariance)
     linkage = linkage_options(options)
     recorded = RecordedLinkage(neck, camera, video, tracks.time, seen, covariance, ~(repeated | is_late))
     done = recorded.fitted(linkage, options.shutter)
@@ -181,6 +184,7 @@ def extract(
     notes["warnings"] = [
         *video.warnings,
         *([askew] if askew else []),
+        *turned.warnings(markers),
         *second_print_warnings(time, others, ids),
         *_seldom_seen_warnings(markers, notes["markers"]),
         *_repetition_warning(time, repeated),

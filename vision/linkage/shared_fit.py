@@ -1,6 +1,7 @@
 """The parameters that all frames of a recording share - camera pose, its drift, placement of the markers - from corners."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,6 +34,7 @@ from vision.linkage.observed_corners import Floats, ObservedCorners, normalise_c
 from vision.linkage.offset_sensitivity import offset_sensitivity
 from vision.linkage.scene import PLACEMENT, Scene, SharedParameters, image_to_plane, nominal_parameters
 from vision.linkage.standing_markers import side_lengths, standing_markers
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -192,7 +194,14 @@ def _fit_chosen(recording: _Recording, chosen: Frames, prior: SharedPrior, where
     for pose in initial_poses(scene, on_bar, image[chosen], where):
         start = nominal_parameters(scene.arm, scene.markers, pose)
         first = _initial_angles(scene, start, image[few])
-        fits.append(fit_frames(scene, recording.corners_of(few), start, first, np.zeros((len(few), 0)), prior))
+        with suppress(np.linalg.LinAlgError):  # of the wrong pose all may run away
+            fits.append(fit_frames(scene, recording.corners_of(few), start, first, np.zeros((len(few), 0)), prior))
+    if not fits:
+        raise Refused(
+            where,
+            "the markers do not lie as on the arm of neck.yaml",
+            "check the markers' ids, bars, at, angle and size, and the lengths L and b",
+        )
     freedom = 8 * int(np.count_nonzero(~np.isnan(image[few, :, 0])))
     best = min(fits, key=lambda fit: _twice_negative_log(fit, prior, freedom)).shared
     first = _initial_angles(scene, best, image[chosen])

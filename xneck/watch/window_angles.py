@@ -13,6 +13,7 @@ from vision.extract import ExtractionOptions, linkage_options
 from vision.linkage.lens_bow import correct_lens_bow
 from vision.linkage.linkage_fit import fit_linkage
 from vision.shutter import at_middle_row
+from vision.turned_prints import turned_prints
 from xneck.watch.video_watch import SeenFrame
 
 Array = NDArray[np.float64]
@@ -35,6 +36,7 @@ def window_angles(
     covariance = None
     if options.template:
         covariance = np.stack([c for f in frames if (c := f.tracked.covariance) is not None]).astype(float)
+    corners, covariance = turned_prints(neck, camera, corners, where).upright(corners, covariance)
     linkage = linkage_options(options, drift=False)
     fit = fit_linkage(neck, camera, corners, where, covariance=covariance, options=linkage)
     known = np.isfinite(fit.alpha).all(axis=1)
