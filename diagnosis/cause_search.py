@@ -212,8 +212,8 @@ def _without_stand_ins(
 ) -> tuple[tuple[NamedCause, ...], FitStage]:
     """Without causes that take a small share of all, and less than what is left beside them plainly above noise.
 
-    They may mend the form of another one's law, or stand in for what nobody knows. None does that clears an equation: beside it another
-    one may hold far more that nobody knows."""
+    They may mend the form of another one's law, or stand in for what nobody knows. None does that clears an equation: beside it
+    another one may hold far more that nobody knows."""
     if not leaves_plainly_more(last.excess):
         return causes, last
     least = min(last.surplus, MIN_SHARE_BESIDE_UNKNOWN * first.surplus)
