@@ -112,7 +112,8 @@ def _counts_to(most: int) -> Callable[[FineBasis], tuple[Constants, ...]]:
 
 
 def _with_overtone(x: Array, c: Constants) -> Array:
-    return _stack(*(wave(n * c["count"] * x) for n in (1, 2) for wave in (np.cos, np.sin)))
+    cosine, sine = np.cos(c["count"] * x), np.sin(c["count"] * x)
+    return _stack(cosine, sine, 2 * cosine**2 - 1, 2 * sine * cosine)
 
 
 def _smooth_on_turn(x: Array, c: Constants) -> Array:

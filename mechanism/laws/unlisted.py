@@ -6,7 +6,7 @@ proportion to another variable besides has it in its name, as `motor.harmonic.mo
 has these, as `joint.power.joint_angle.over_1_to_2`. A second law of the same kind ends in `.2`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, cast
@@ -244,8 +244,21 @@ class UnlistedLaw(Law):
     def _made(self, p: Values, x: Array) -> Array:
         # arrays that broadcast, as numbers do
         constants = cast(Constants, {name: p[self.term_name(name)] for name in self.form.constants})
+        amounts = [p[self.term_name(a)] for a in self.form.amounts]
+        places = x.shape[-1] if x.ndim else 1
+        acts = np.any([np.any(np.reshape(a != 0, (-1, a.shape[-1])), axis=0) for a in amounts], axis=0)
+        if len(acts) != places or acts.all():
+            return self._sum(amounts, constants, x)
+        # a law mostly acts at one place, and columns of all would be most of a fit's time
+        at = np.flatnonzero(acts)
+        made = self._sum([a[..., at] for a in amounts], constants, x[..., at])
+        out = np.zeros((*made.shape[:-1], places))
+        out[..., at] = made
+        return out
+
+    def _sum(self, amounts: Sequence[Array], constants: Constants, x: Array) -> Array:
         columns = self.form.columns(x, constants)
-        return sum((p[self.term_name(a)] * columns[..., i] for i, a in enumerate(self.form.amounts)), np.zeros(()))
+        return sum((a * columns[..., i] for i, a in enumerate(amounts)), np.zeros(()))
 
     def _term(self, name: str) -> Term:
         unit = self.form.unit(name, self.variable.unit_of_law, self.variable.unit)
