@@ -245,14 +245,14 @@ class UnlistedLaw(Law):
         # arrays that broadcast, as numbers do
         constants = cast(Constants, {name: p[self.term_name(name)] for name in self.form.constants})
         amounts = [p[self.term_name(a)] for a in self.form.amounts]
-        places = x.shape[-1] if x.ndim else 1
-        acts = np.any([np.any(np.reshape(a != 0, (-1, a.shape[-1])), axis=0) for a in amounts], axis=0)
-        if len(acts) != places or acts.all():
-            return self._sum(amounts, constants, x)
+        # as many numbers as places, and places last: several machines at once have theirs before
+        of_places = all(a.shape == x.shape[-1:] for a in amounts) and all(np.size(c) == 1 for c in constants.values())
         # a law mostly acts at one place, and columns of all would be most of a fit's time
-        at = np.flatnonzero(acts)
+        at = np.flatnonzero(np.any(amounts, axis=0)) if of_places else np.empty(0, dtype=np.intp)
+        if len(at) == 0 or len(at) == x.shape[-1]:
+            return self._sum(amounts, constants, x)
         made = self._sum([a[..., at] for a in amounts], constants, x[..., at])
-        out = np.zeros((*made.shape[:-1], places))
+        out = np.zeros(x.shape)
         out[..., at] = made
         return out
 
