@@ -13,7 +13,7 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import lengths
 from mechanism.description import Neck
 from mechanism.neck_template import MOTOR
-from synchronisation.angle_meanings import other_meanings
+from synchronisation.angle_meanings import other_meanings, quarter_turns
 from synchronisation.angles import Angles
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.clocks.usable_frames import MIN_FRAMES
@@ -49,6 +49,9 @@ USUAL_RATES_HZ = (10.0, 12.0, 15.0, 20.0, 24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90
 MAX_UNEXPLAINED_SHARE = 0.25
 """of each cable's winding: what travel and force leave at most where angles or times are read otherwise than they are said to be
 (docs/thresholds.md)"""
+OTHER_MEANING_RATIO = 1.15
+"""ratio of what angles leave unexplained as they are to what they leave by another meaning, beyond which that is theirs
+(docs/thresholds.md)"""
 MIN_RATE_ERROR = 0.02
 """relative: by less a rate is the same (docs/thresholds.md)"""
 MIN_LEVER_M = 1e-3
@@ -76,9 +79,11 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     motion = logged_motion(arm, time, alpha, even)
     if motion is None:
         _check_degrees(arm, time, alpha, even)
-        _check_other_meanings(arm, time, alpha, even)
+        _check_other_meanings(arm, time, alpha, even, np.inf)
         _check_frame_rate(arm, time, alpha, even)
         return warnings
+    if np.any(quarter_turns(alpha)):
+        _check_other_meanings(arm, time, alpha, even, _unexplained_share(arm, motion))
     _check_stuck(arm, time, alpha, even, motion)
     if exchange := exchanged_columns(arm, motion):
         left, described = 1e3 * exchange.left, 1e3 * exchange.described
@@ -159,19 +164,22 @@ def _check_degrees(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
         )
 
 
-def _check_other_meanings(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
-    """Refused where angles and log show one motion only if the angles are not those from bar to bar."""
-    others = [(_unexplained_share(arm, time, other.alpha, log), other) for other in other_meanings(alpha)]
-    left, best = min(others, key=lambda of: of[0], default=(np.inf, None))
-    if best is not None and left < MAX_UNEXPLAINED_SHARE:
-        raise Refused("sync", f"{best.words}: only so they move as the log does", best.remedy)
+def _check_other_meanings(arm: Arm, time: Array, alpha: Array, log: Series, left: float) -> None:
+    """Refused where angles and log show one motion only if the angles are not those from bar to bar, or from another zero.
+
+    left: the share that is left unexplained where they are; infinite where they show no one motion."""
+    others = [(_share_if(arm, time, other.alpha, log), other) for other in other_meanings(alpha)]
+    least, best = min(others, key=lambda of: of[0], default=(np.inf, None))
+    if best is not None and least < MAX_UNEXPLAINED_SHARE and OTHER_MEANING_RATIO * least < left:
+        how = "only so they move" if np.isinf(left) else "so they move more nearly"
+        raise Refused("sync", f"{best.words}: {how} as the log does", best.remedy)
 
 
 def _check_frame_rate(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
     """Refused where angles and log show one motion only if frames follow each other at another one of a camera's usual rates."""
     step = float(np.median(np.diff(time)))
     factors = {rate: 1 / (rate * step) for rate in USUAL_RATES_HZ if abs(1 / (rate * step) - 1) > MIN_RATE_ERROR}
-    left, rate = min((_unexplained_share(arm, by * time, alpha, log), rate) for rate, by in factors.items())
+    left, rate = min((_share_if(arm, by * time, alpha, log), rate) for rate, by in factors.items())
     if left < MAX_UNEXPLAINED_SHARE:
         raise Refused(
             "sync",
@@ -180,11 +188,14 @@ def _check_frame_rate(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
         )
 
 
-def _unexplained_share(arm: Arm, time: Array, alpha: Array, log: Series) -> float:
-    """What travel and force leave of a cable's winding, over the winding itself: of the worst cable; infinite for two motions."""
+def _share_if(arm: Arm, time: Array, alpha: Array, log: Series) -> float:
+    """What travel and force leave of cables' winding if angles and times are these; infinite for two motions."""
     motion = logged_motion(arm, time, alpha, log)
-    if motion is None:
-        return np.inf
+    return np.inf if motion is None else _unexplained_share(arm, motion)
+
+
+def _unexplained_share(arm: Arm, motion: LoggedMotion) -> float:
+    """What travel and force leave of a cable's winding, over the winding itself: of the worst cable."""
     return float(np.max(unexplained_winding(motion, range(arm.M)) / np.std(motion.winding, axis=0)))
 
 
