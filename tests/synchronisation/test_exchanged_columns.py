@@ -74,6 +74,19 @@ def test_what_is_exchanged_is_named(
     assert re.search(r"[\d.]+ mm are left unexplained so, [\d.]+ as it is", str(refusal.value))
 
 
+@pytest.mark.parametrize("order", [(1, 2, 3, 0), (3, 0, 1, 2), (2, 3, 0, 1), (1, 2, 0, 3)])
+def test_forces_in_another_order_are_named_with_whose_each_is(
+    recording: tuple[Angles, Series], order: tuple[int, ...]
+) -> None:
+    """Of four in a ring two were called swapped, which explains little."""
+    angles, log = recording
+    rotated = Series(log.time, {**log.columns, **numbered_columns("f", log.matrix("f")[:, order])})
+    with pytest.raises(Refused, match=r"sync: f columns are in another order: ([^:]*): [\d.]+ mm") as refusal:
+        check_log_meaning(NECK, ARM, angles, rotated)
+    told = re.findall(r"f(\d) is motor (\d)'s", str(refusal.value))
+    assert {(int(k) - 1, int(j) - 1) for k, j in told} == {(k, j) for k, j in enumerate(order) if k != j}
+
+
 OF_BARS = "alpha1..3 are angles of the bars in the picture, not from bar to bar"
 FROM_TIP = "alpha1..3 are counted from the tip"
 
