@@ -24,6 +24,7 @@ _WORDS: dict[Kind, set[str]] = {
         "micros",
         "epoch",
         "tick",
+        "elapsed",
     },
     "error": {
         "err",
@@ -209,13 +210,15 @@ def _is_counts(finite: Array) -> bool:
 
 
 def _time_unit(finite: Array) -> str | None:
-    """The unit of a time by its step, which a log's is 0.2 to 200 ms of; None where two would do, or none."""
+    """The unit of a time by its step, which a log's is 0.2 to 200 ms of; None where two would do, or none.
+
+    Where most rows have the time of the one before, the mean step is theirs: seconds that are whole grow by one, in no row."""
     steps = np.diff(finite)
-    steps = steps[steps > 0]
-    if not len(steps):
+    growing = steps[steps > 0]
+    if not len(growing):
         return None
-    step = float(np.median(steps))
+    step = float(np.median(growing) if 2 * len(growing) > len(steps) else np.mean(steps))
     fitting = [unit for unit in _UP_TO_SECONDS if _STEP_S[0] <= step * TIME_SCALES[unit] <= _STEP_S[1]]
-    if max(step, float(np.mean(steps))) < MIN_MEDIAN_STEP_S:
+    if max(step, float(np.mean(growing))) < MIN_MEDIAN_STEP_S:
         fitting = [_LONG[name] for name, _ in long_units(step)]
     return fitting[0] if len(fitting) == 1 else None

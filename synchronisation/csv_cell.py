@@ -8,6 +8,7 @@ _THOUSANDS = r"[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?([eE][+-]?\d+)?"
 _KINDS = (
     (r"\d{4}-\d\d?-\d\d?([T ].*)?", "is a date", "write the time in seconds, of any beginning"),
     (r"\d\d?[/.,]\d\d?[/.,]\d{4}.*", "is a date", "write the time in seconds, of any beginning"),
+    (r"\d\d?-[^\W\d_]{3,9}\.?-\d{4}.*", "is a date", "write the time in seconds, of any beginning"),
     (r"\d+:\d\d(:\d\d([.,]\d+)?)?", "is a time of day", "write the time in seconds, of any beginning"),
     (r"#(N/A|DIV/0!|REF!|VALUE!|NAME\?|NUM!|NULL!|WERT!|BEZUG!|ZAHL!)", "is an error of a spreadsheet", _MISSING),
     (r"(?i)n/?a|null|none|-+|\?+", "is not a number", _MISSING),
@@ -16,6 +17,9 @@ _KINDS = (
     (r"\u2212[\d.,]+([eE][+-]?\d+)?", "has the minus sign of printed text (U+2212)", "write hyphens in numbers"),
     (r"[+-]?[\d.]+[dD][+-]?\d+", "has a Fortran exponent", "write e in numbers, not d"),
 )
+
+MOMENTS = ("is a date", "is a time of day")
+"""what is said of cells that tell when a row was"""
 
 
 def not_a_number(cell: str) -> tuple[str, str]:

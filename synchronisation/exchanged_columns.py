@@ -10,12 +10,13 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from mechanism.arm import Arm
 from synchronisation.angle_meanings import other_meanings
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.log_regression import LoggedMotion, unexplained_winding
-from synchronisation.swapped_order import swapped_order
+from synchronisation.swapped_order import order_words, swapped_order
 
 Array = NDArray[np.float64]
 
@@ -32,7 +33,7 @@ MAX_LEFT_BY_RIVAL = 1.5
 
 @dataclass(frozen=True)
 class Exchange:
-    """Two columns, or two motors, in each other's places, or angles that are not those from bar to bar."""
+    """Columns, or two motors, in each other's places, or angles that are not those from bar to bar."""
 
     words: str
     """which, and which others it may be as well"""
@@ -48,7 +49,11 @@ def exchanged_columns(arm: Arm, motion: LoggedMotion) -> Exchange | None:
     """The exchange that explains the motion best; None where none does far better than the columns as they are."""
     described = unexplained_winding(motion, range(arm.M))
     good = []
-    for words, remedy, undone, cables in (*_columns_undone(arm, motion), *_angles_undone(arm, motion)):
+    for words, remedy, undone, cables in (
+        *_columns_undone(arm, motion),
+        *_forces_reordered(arm, motion),
+        *_angles_undone(arm, motion),
+    ):
         left = described.copy()
         left[cables] = unexplained_winding(undone, cables)
         if _is_better(left, described):
@@ -91,6 +96,21 @@ def _columns_undone(arm: Arm, motion: LoggedMotion) -> Iterator[_Undone]:
     for a, b in combinations(range(arm.N), 2):
         alpha = motion.alpha[:, swapped_order(arm.N, a, b)]
         yield f"alpha{a + 1} and alpha{b + 1} are swapped", _EXCHANGE, *_with_angles(arm, motion, alpha)
+
+
+def _forces_reordered(arm: Arm, motion: LoggedMotion) -> Iterator[_Undone]:
+    """The forces in the order in which they explain all cables best, where more than two of them have moved."""
+    if not motion.force.shape[1]:
+        return
+    left = np.empty((arm.M, arm.M))
+    cables = np.arange(arm.M)
+    for shift in range(arm.M):
+        column = (cables + shift) % arm.M
+        left[cables, column] = unexplained_winding(replace(motion, force=motion.force[:, column]), cables.tolist())
+    order = linear_sum_assignment(left**2)[1].tolist()
+    moved = [j for j in range(arm.M) if order[j] != j]
+    if len(moved) > 2:
+        yield order_words("f", order), _EXCHANGE, replace(motion, force=motion.force[:, order]), moved
 
 
 def _angles_undone(arm: Arm, motion: LoggedMotion) -> Iterator[_Undone]:

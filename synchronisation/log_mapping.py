@@ -7,20 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from identification.dataset.series import Array, begins_again, refuse_backwards
+from identification.dataset.series import Array
 from mechanism.description import LogFormat, Motor, Neck
 from synchronisation.column_meaning import Column, column_meaning
 from synchronisation.column_units import ANGLE_SCALES, CABLE_SCALES, FORCE_SCALES, TIME_SCALES, TORQUE_SCALES
-from synchronisation.csv_cell import not_a_number
 from synchronisation.csv_header import IS_DATASET, is_dataset, other_kind
 from synchronisation.csv_table import CsvFormat
 from synchronisation.encoder_log import LED
 from synchronisation.log_contents import LogContents
 from synchronisation.log_doubts import doubts_of_angles, doubts_of_forces, doubts_of_rate, late_stamps, missing_numbers
+from synchronisation.time_column import doubts_of_times, nanoseconds_column, time_column
 from synchronisation.time_stamps import check_stamped
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
-from xneck_foundation.spelling import quoted
 
 _PAUSE_STEPS = 20
 """times the median step, from which on a step is a pause that is named"""
@@ -176,7 +175,7 @@ def _six(value: float) -> float:
 
 def _of_table(path: Path, contents: LogContents, motors: int | None) -> LogMapping:
     ((_, columns),) = survey(contents)
-    time = _time_column(path, columns, contents)
+    time = time_column(path, columns, contents)
     angles = _group(columns, "angle", motors, prefer_commanded=False)
     if not angles:
         raise Refused(path, *_no_angles(columns, motors))
@@ -190,7 +189,7 @@ def _of_table(path: Path, contents: LogContents, motors: int | None) -> LogMappi
         of_kinds = (_group(columns, kind, len(angles), prefer_commanded=True) for kind in ("force", "current"))
         unscaled = next(filter(None, of_kinds), ())
     light = next((c for c in columns if c.kind == "light" and {c.low, c.high} <= {0.0, 1.0}), None)
-    nanoseconds = _nanoseconds(columns, contents, time)
+    nanoseconds = nanoseconds_column(columns, contents, time)
     stamps = contents.columns[time.name] * TIME_SCALES.get(time.unit or "s", 1.0)
     if nanoseconds is not None:
         stamps = stamps + TIME_SCALES["ns"] * contents.columns[nanoseconds.name]
@@ -198,7 +197,8 @@ def _of_table(path: Path, contents: LogContents, motors: int | None) -> LogMappi
     written = replace(contents.written, time_column=time.name)
     mapping = _mapping(stamps, angles, (forces, unscaled), values, time, light, written, None)
     to_mend = (*mapping.to_mend, *missing_numbers(contents, (*angles, *forces)))
-    return replace(mapping, to_mend=to_mend, nanoseconds=nanoseconds)
+    doubts = (*doubts_of_times(columns, contents, time), *mapping.doubts)
+    return replace(mapping, to_mend=to_mend, nanoseconds=nanoseconds, doubts=doubts)
 
 
 def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapping:
@@ -273,70 +273,6 @@ def _mapping(
         doubts=(*doubts_of_rate(1 / step), *doubts_of_angles(angles, time), *doubts_of_forces(forces, unscaled)),
         to_mend=tuple(late_stamps(stamps)),
     )
-
-
-def _time_column(path: Path, columns: Sequence[Column], contents: LogContents) -> Column:
-    """The column of the time: one that is called so and grows, else any that grows evenly."""
-    growing = [c for c in columns if _grows(contents.columns[c.name])]
-    named = [c for c in growing if c.kind == "time"]
-    even = [c for c in growing if _even(contents.columns[c.name])]
-    if not named:
-        _refuse_time_in_words(path, contents)
-    if not (named or even):
-        names = [c.name for c in columns if c.kind == "time"]
-        if names:
-            values = contents.columns[names[0]]
-            at = int(np.argmin(np.diff(values, prepend=-np.inf) > 0))
-            row = contents.number(at)
-            refuse_backwards(values, str(path), names[0])
-            if begins_again(values, at):
-                what = f"{names[0]} begins again in row {row}, as where two recordings are joined"
-                raise Refused(path, what, "cut them apart there")
-            raise Refused(
-                path, f"{names[0]} does not grow in row {row} as a time does", "is a row damaged? leave it out"
-            )
-        held = f" ({listed(c.name for c in columns)})" if columns else ": none holds numbers"
-        rows = [c.name for c in growing if np.all(np.diff(contents.columns[c.name]) == 1)]
-        if rows:
-            raise Refused(path, f"no column is a time: {listed(rows)} counts rows", "log the time of each row")
-        raise Refused(path, f"no column grows from row to row as a time does{held}", "log the time of each row")
-    chosen = (named or even)[0]
-    return (
-        chosen
-        if chosen.kind == "time"
-        else column_meaning(chosen.name, contents.columns[chosen.name], "time", contents.units.get(chosen.name, ""))
-    )
-
-
-def _nanoseconds(columns: Sequence[Column], contents: LogContents, time: Column) -> Column | None:
-    """What is added to whole seconds, where stamps are parted in two: one in ns that begins again every second."""
-    seconds, ns = contents.columns[time.name], TIME_SCALES["ns"]
-    if time.unit != "s" or np.any(seconds % 1):
-        return None
-    for column in columns:
-        values = contents.columns[column.name]
-        is_part = column.unit == "ns" and column.low >= 0 and column.high * ns < 1 and not column.missing
-        if is_part and np.all(np.diff(seconds + values * ns) >= 0):
-            return column
-    return None
-
-
-def _refuse_time_in_words(path: Path, contents: LogContents) -> None:
-    """Raises Refused where a column that is called a time, or all columns, hold dates or numbers in a way that is not read."""
-    for name, cell in contents.texts.items():
-        what, do = not_a_number(cell)
-        if do and (not contents.columns or column_meaning(name, np.empty(0)).kind == "time"):
-            raise Refused(path, f"row {contents.number(0)}, column {name}: {quoted(cell)} {what}", do)
-
-
-def _grows(values: Array) -> bool:
-    return bool(np.all(np.isfinite(values)) and np.all(np.diff(values) >= 0) and values[-1] > values[0])
-
-
-def _even(values: Array) -> bool:
-    """Whether a column (T,) grows as a time does, and not by one from row to row, as a number of each row does."""
-    steps = np.diff(values)
-    return bool(np.all(steps > 0) and np.quantile(steps, 0.9) < 2 * np.median(steps) and not np.all(steps == 1))
 
 
 def _group(columns: Sequence[Column], kind: str, motors: int | None, prefer_commanded: bool) -> tuple[Column, ...]:

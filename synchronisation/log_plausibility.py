@@ -5,8 +5,6 @@ from one. The factor is given a unit's name only where it is that unit's alone; 
 clock's own checks name, exchanged columns and senses, are left to them.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,21 +13,23 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import lengths
 from mechanism.description import Neck
 from mechanism.neck_template import MOTOR
-from synchronisation.angle_meanings import other_meanings
+from synchronisation.angle_meanings import other_meanings, quarter_turns
 from synchronisation.angles import Angles
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.clocks.usable_frames import MIN_FRAMES
 from synchronisation.encoder_log import uniformly_sampled
 from synchronisation.exchanged_columns import exchanged_columns
+from synchronisation.force_plausibility import WRONG_WAY, WRONG_WAY_SIGMA, check_forces
 from synchronisation.log_regression import (
+    MAX_RELATIVE_SIGMA,
     Factors,
     LoggedMotion,
-    force_factors,
     logged_motion,
     travel_factors,
     unexplained_winding,
 )
-from synchronisation.log_units import Unit, force_units, theta_units, unit_of
+from synchronisation.log_units import theta_units, unit_of_motors
+from synchronisation.unit_words import column_names, times, to_write, unit_named, what_to_write
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import counted
 
@@ -38,30 +38,19 @@ Array = NDArray[np.float64]
 MIN_TRAVEL_FACTOR, MIN_TRAVEL_FACTOR_WITHOUT_FORCE, MAX_TRAVEL_FACTOR = 0.6, 0.3, 1.6
 """ratio of a cable's winding to what its motor logs, beyond which theta is refused: elastic cables wind less, and without forces
 nobody knows how much less (docs/thresholds.md)"""
-MIN_FORCE_FACTOR, MAX_FORCE_FACTOR = 0.1, 4.0
-"""ratio of the force that the described arm needs to the logged one, beyond which f is refused (docs/thresholds.md)"""
-FORCE_FACTOR_WARNING = 2.0
-"""the same ratio, or its inverse, from which on a warning says so (docs/thresholds.md)"""
-MAX_FORCE_RATIO = 3.0
-"""ratio of one motor's force factor to that of the others, or its inverse, beyond which that f is refused (docs/thresholds.md)"""
-TRAVEL_TOLERANCE, TRAVEL_TOLERANCE_WITHOUT_FORCE, FORCE_TOLERANCE = 0.2, 0.5, 0.35
-"""log of the ratio between a measured factor and a unit's, within which the unit may be it: elasticity, friction and a load that
-nobody described make a factor smaller by as much (docs/thresholds.md)"""
-SURE_TOLERANCE = 0.1
-"""the same log ratio, within which a unit is said to be it; beyond, that it may be it (docs/thresholds.md)"""
-MIN_EXPLAINED = 0.6
-"""share of the variance that a regression must explain, before a factor is believed (docs/thresholds.md)"""
-MAX_RELATIVE_SIGMA = 0.2
-"""relative standard deviation of a factor that is believed (docs/thresholds.md)"""
+TRAVEL_TOLERANCE, TRAVEL_TOLERANCE_WITHOUT_FORCE = 0.2, 0.5
+"""log of the ratio between a measured factor and a unit's, within which the unit may be it: elastic cables wind less
+(docs/thresholds.md)"""
 MIRROR_RATIO = 1.15
 """ratio of what mirrored angles and motors leave unexplained to what the recording leaves as it is: forces are reversed beyond it,
 the arm is mirrored beyond its inverse, and between them it may be either (docs/thresholds.md)"""
-WRONG_WAY_SIGMA = 5.0
-"""standard deviations by which a cable must yield the wrong way, before its force's sign is wrong (docs/thresholds.md)"""
 USUAL_RATES_HZ = (10.0, 12.0, 15.0, 20.0, 24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 240.0)
 """of cameras, that a tracker may have been told wrongly"""
 MAX_UNEXPLAINED_SHARE = 0.25
 """of each cable's winding: what travel and force leave at most where angles or times are read otherwise than they are said to be
+(docs/thresholds.md)"""
+OTHER_MEANING_RATIO = 1.15
+"""ratio of what angles leave unexplained as they are to what they leave by another meaning, beyond which that is theirs
 (docs/thresholds.md)"""
 MIN_RATE_ERROR = 0.02
 """relative: by less a rate is the same (docs/thresholds.md)"""
@@ -74,8 +63,6 @@ MIN_STUCK_S = 1.0
 STUCK_SHARE, MIN_STUCK_M = 0.4, 5e-3
 """share of a cable's whole way, and m, that it must move meanwhile in the video: elasticity does not do that
 (docs/thresholds.md)"""
-
-_WRONG_WAY = "cables would be the shorter the more they are pulled"
 
 
 def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tuple[str, ...]:
@@ -92,9 +79,11 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
     motion = logged_motion(arm, time, alpha, even)
     if motion is None:
         _check_degrees(arm, time, alpha, even)
-        _check_other_meanings(arm, time, alpha, even)
+        _check_other_meanings(arm, time, alpha, even, np.inf)
         _check_frame_rate(arm, time, alpha, even)
         return warnings
+    if np.any(quarter_turns(alpha)):
+        _check_other_meanings(arm, time, alpha, even, _unexplained_share(arm, motion))
     _check_stuck(arm, time, alpha, even, motion)
     if exchange := exchanged_columns(arm, motion):
         left, described = 1e3 * exchange.left, 1e3 * exchange.described
@@ -112,7 +101,7 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
         return warnings
     if np.any(yielding > WRONG_WAY_SIGMA) and not np.any(yielding < -WRONG_WAY_SIGMA):
         _check_mirrored(arm, time, alpha, even, factors.unexplained)
-    return (*warnings, *_check_forces(neck, arm, motion, yielding))
+    return (*warnings, *check_forces(neck, arm, motion, yielding))
 
 
 def _check_levers(arm: Arm) -> None:
@@ -152,7 +141,7 @@ def _constant_forces(log: Series) -> tuple[str, ...]:
         return ()
     stays = "stays" if len(still) == 1 else "stay"
     levels = " and ".join(f"{level:g}" for level in np.unique(f[0, still]))
-    what = f"{_columns('f', still)} {stays} at {levels} N in every row"
+    what = f"{column_names('f', still)} {stays} at {levels} N in every row"
     if len(still) == f.shape[1] or np.any(f[0, still] == 0):
         raise Refused(
             "log",
@@ -175,19 +164,22 @@ def _check_degrees(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
         )
 
 
-def _check_other_meanings(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
-    """Refused where angles and log show one motion only if the angles are not those from bar to bar."""
-    others = [(_unexplained_share(arm, time, other.alpha, log), other) for other in other_meanings(alpha)]
-    left, best = min(others, key=lambda of: of[0], default=(np.inf, None))
-    if best is not None and left < MAX_UNEXPLAINED_SHARE:
-        raise Refused("sync", f"{best.words}: only so they move as the log does", best.remedy)
+def _check_other_meanings(arm: Arm, time: Array, alpha: Array, log: Series, left: float) -> None:
+    """Refused where angles and log show one motion only if the angles are not those from bar to bar, or from another zero.
+
+    left: the share that is left unexplained where they are; infinite where they show no one motion."""
+    others = [(_share_if(arm, time, other.alpha, log), other) for other in other_meanings(alpha)]
+    least, best = min(others, key=lambda of: of[0], default=(np.inf, None))
+    if best is not None and least < MAX_UNEXPLAINED_SHARE and OTHER_MEANING_RATIO * least < left:
+        how = "only so they move" if np.isinf(left) else "so they move more nearly"
+        raise Refused("sync", f"{best.words}: {how} as the log does", best.remedy)
 
 
 def _check_frame_rate(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
     """Refused where angles and log show one motion only if frames follow each other at another one of a camera's usual rates."""
     step = float(np.median(np.diff(time)))
     factors = {rate: 1 / (rate * step) for rate in USUAL_RATES_HZ if abs(1 / (rate * step) - 1) > MIN_RATE_ERROR}
-    left, rate = min((_unexplained_share(arm, by * time, alpha, log), rate) for rate, by in factors.items())
+    left, rate = min((_share_if(arm, by * time, alpha, log), rate) for rate, by in factors.items())
     if left < MAX_UNEXPLAINED_SHARE:
         raise Refused(
             "sync",
@@ -196,11 +188,14 @@ def _check_frame_rate(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
         )
 
 
-def _unexplained_share(arm: Arm, time: Array, alpha: Array, log: Series) -> float:
-    """What travel and force leave of a cable's winding, over the winding itself: of the worst cable; infinite for two motions."""
+def _share_if(arm: Arm, time: Array, alpha: Array, log: Series) -> float:
+    """What travel and force leave of cables' winding if angles and times are these; infinite for two motions."""
     motion = logged_motion(arm, time, alpha, log)
-    if motion is None:
-        return np.inf
+    return np.inf if motion is None else _unexplained_share(arm, motion)
+
+
+def _unexplained_share(arm: Arm, motion: LoggedMotion) -> float:
+    """What travel and force leave of a cable's winding, over the winding itself: of the worst cable."""
     return float(np.max(unexplained_winding(motion, range(arm.M)) / np.std(motion.winding, axis=0)))
 
 
@@ -224,7 +219,7 @@ def _check_mirrored(arm: Arm, time: Array, alpha: Array, log: Series, unexplaine
         )
     raise Refused(
         "sync",
-        f"cables would be the shorter the more they are pulled: either all f have the wrong sign, or all theta and alpha ({both})",
+        f"{WRONG_WAY}: either all f have the wrong sign, or all theta and alpha ({both})",
         "check f_scale and theta_sign of every motor, and whether the picture is mirrored",
     )
 
@@ -260,103 +255,15 @@ def _wrong_travel(motion: LoggedMotion, factors: Factors) -> NDArray[np.intp]:
 def _check_theta_units(neck: Neck, motion: LoggedMotion, factor: Array, wrong: NDArray[np.intp]) -> None:
     """Refused where the motors that move their cables by another factor than one all have their angles in one other unit."""
     tolerance = TRAVEL_TOLERANCE if motion.force.shape[1] else TRAVEL_TOLERANCE_WITHOUT_FORCE
-    measured = [factor[j] * neck.motors[j].theta_scale for j in wrong]
-    units = [unit_of(m, theta_units(neck.motors[j]), tolerance) for j, m in zip(wrong, measured, strict=True)]
-    sure = _is_sure(units, measured)
-    if named := _unit_named("theta", wrong, units, neck.M, sure):
-        to_write = _to_write("theta_scale", wrong, [u.scale for u in units if u], neck.M)
-        do = to_write if sure else _if_so(to_write, "theta_scale", measured)
+    measured = np.array([factor[j] * neck.motors[j].theta_scale for j in wrong])
+    if units := unit_of_motors(measured, [theta_units(neck.motors[j]) for j in wrong], tolerance):
+        named = unit_named("theta", wrong, units, measured, neck.M)
+        written = to_write("theta_scale", wrong, [unit.scale for unit in units], neck.M)
+        do = what_to_write(written, "theta_scale", units, measured)
         raise Refused("log", f"{named}: {_travel_words(factor, wrong)}", do)
 
 
 def _travel_words(factor: Array, motors: NDArray[np.intp]) -> str:
     """How far motors would move their cables, against what the video shows."""
     cables = "its cable" if len(motors) == 1 else "their cables"
-    return f"{_columns('theta', motors)} would move {cables} {_times(1 / factor[motors])} as far as the video shows"
-
-
-def _check_forces(neck: Neck, arm: Arm, motion: LoggedMotion, yielding: Array) -> tuple[str, ...]:
-    """Warnings; Refused where forces have the wrong sign, or are in another unit."""
-    factors = force_factors(arm, motion)
-    factor, size = factors.value, np.abs(factors.value)
-    reliable = factors.explained > MIN_EXPLAINED and bool(np.all(factors.sigma < MAX_RELATIVE_SIGMA * size))
-    wrong_sign = (yielding > WRONG_WAY_SIGMA) | (reliable & (factor < 0))
-    if reliable:
-        _check_force_units(neck, size, wrong_sign)
-    if wrong_sign.any():
-        wrong = np.flatnonzero(wrong_sign)
-        what = f"{_columns('f', wrong)} {'has' if len(wrong) == 1 else 'have'} the wrong sign: {_WRONG_WAY}"
-        raise Refused("log", what, _to_write("f_scale", wrong, [-neck.motors[j].f_scale for j in wrong], neck.M))
-    common = float(np.median(size))
-    if reliable and max(common, 1 / common) > FORCE_FACTOR_WARNING:
-        return (
-            f"the arm as described needs {_times(size)} the logged forces to move as it does: is f in N on the cable, "
-            "and are masses and springs in neck.yaml right?",
-        )
-    return ()
-
-
-def _check_force_units(neck: Neck, factor: Array, wrong_sign: NDArray[np.bool_]) -> None:
-    """Refused where forces are in another unit; factor: (M,), size of what the arm needs over what is logged."""
-    to_others = factor / np.median(factor)
-    alone = np.maximum(to_others, 1 / to_others) > MAX_FORCE_RATIO
-    alone &= np.maximum(factor, 1 / factor) > FORCE_FACTOR_WARNING
-    wrong = np.flatnonzero((factor < MIN_FORCE_FACTOR) | (factor > MAX_FORCE_FACTOR) | alone)
-    if not len(wrong):
-        return
-    scales = [motor.f_scale for motor in neck.motors]
-    measured = [factor[j] * abs(scales[j]) for j in wrong]
-    units = [unit_of(m, force_units(neck.motors[j]), FORCE_TOLERANCE) for j, m in zip(wrong, measured, strict=True)]
-    what = f"the arm needs {_times(factor[wrong])} the force of {_columns('f', wrong)} to move as it does"
-    if np.any(wrong_sign[wrong]):
-        what += f", and {_columns('f', wrong[wrong_sign[wrong]])} the other way round"
-    sure = _is_sure(units, measured)
-    if (named := _unit_named("f", wrong, units, neck.M, sure)) is None:
-        raise Refused("log", what, "say in neck.yaml what its unit is in N on the cable: motors[].f_scale")
-    signed = [
-        np.copysign(u.scale, scales[j]) * (-1 if wrong_sign[j] else 1) for j, u in zip(wrong, units, strict=True) if u
-    ]
-    to_write = _to_write("f_scale", wrong, signed, neck.M)
-    raise Refused("log", f"{named}: {what}", to_write if sure else _if_so(to_write, "f_scale", measured))
-
-
-def _times(ratios: Array) -> str:
-    """Ratios in words: `3.2 times`, `58.9 to 61.1 times`."""
-    low, high = (f"{float(r):.0f}" if r >= 100 else f"{float(r):.3g}" for r in (np.min(ratios), np.max(ratios)))
-    return f"{low} times" if low == high else f"{low} to {high} times"
-
-
-def _columns(stem: str, motors: NDArray[np.intp]) -> str:
-    """Names of the columns of motors, counted from 0."""
-    return ", ".join(f"{stem}{j + 1}" for j in motors)
-
-
-def _is_sure(units: Sequence[Unit | None], measured: Sequence[float]) -> bool:
-    """Whether measured scales are those of the units to within SURE_TOLERANCE."""
-    found = [(unit, scale) for unit, scale in zip(units, measured, strict=True) if unit is not None]
-    return all(abs(np.log(scale / unit.scale)) < SURE_TOLERANCE for unit, scale in found)
-
-
-def _unit_named(
-    stem: str, motors: NDArray[np.intp], units: Sequence[Unit | None], count: int, sure: bool
-) -> str | None:
-    """That columns are in a unit, or may be where that is not sure, in words; None where one is in none, or they differ."""
-    names = {None if unit is None else unit.name for unit in units}
-    if len(names) > 1 or None in names:
-        return None
-    columns = stem if len(motors) == count else _columns(stem, motors)
-    verb = ("is" if len(motors) in (1, count) else "are") if sure else "may be"
-    return f"{columns} {verb} in {names.pop()}"
-
-
-def _if_so(to_write: str, key: str, measured: Sequence[float]) -> str:
-    """What to write where columns may be in a unit, and what else where they are in one of their own."""
-    return f"if so, {to_write}; else motors[].{key} is what one of its own unit is, which comes to about {np.median(measured):.3g}"
-
-
-def _to_write(key: str, motors: NDArray[np.intp], scales: Sequence[float], count: int) -> str:
-    """What to write into neck.yaml."""
-    if len(motors) == count and len(set(scales)) == 1:
-        return f"write motors[].{key}: {scales[0]:.6g} into neck.yaml"
-    lines = ", ".join(f"motors[{j}].{key}: {scale:.6g}" for j, scale in zip(motors, scales, strict=True))
-    return f"write {lines} into neck.yaml"
+    return f"{column_names('theta', motors)} would move {cables} {times(1 / factor[motors])} as far as the video shows"

@@ -41,6 +41,8 @@ MAX_BRIDGED_S = 0.5
 """s without frames that a spline may bridge"""
 BLOCK_S = 1.0
 """s within which residuals may be correlated"""
+MAX_RELATIVE_SIGMA = 0.2
+"""relative standard deviation of a factor that is believed (docs/thresholds.md)"""
 _MIN_SPAN_S = 0.1
 """s: shorter pieces have no speed; the clock says how long they must be"""
 _LEAST_STRENGTH, _UNTOLD_SHARE = 1e-10, 1e-3

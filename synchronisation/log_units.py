@@ -4,8 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechanism.description import Motor
+
+MAX_ADDED_SCATTER = 0.05
+"""by how much more the log ratios of measured factors to a unit of each motor's own scatter than the factors themselves, at most
+(docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -51,5 +56,24 @@ def force_units(motor: Motor) -> list[Unit]:
 
 def unit_of(scale: float, units: Sequence[Unit], tolerance: float) -> Unit | None:
     """The one unit whose scale differs from a measured one by a log ratio below `tolerance`; None for none, or for several."""
-    near = [unit for unit in units if abs(np.log(scale / unit.scale)) < tolerance]
-    return near[0] if len(near) == 1 else None
+    found = unit_of_motors([scale], [units], tolerance)
+    return found[0] if found else None
+
+
+def unit_of_motors(
+    scales: Sequence[float] | NDArray[np.float64], units: Sequence[Sequence[Unit]], tolerance: float
+) -> tuple[Unit, ...]:
+    """Of each motor the one unit that its measured scale is in, to a log ratio below `tolerance`, and those of all others are in.
+
+    None where there is no such unit, or several. A unit whose scale depends on gear or drum is that of motors which differ as their
+    gears and drums do, and not of motors that have one factor in common."""
+    measured = np.log(scales)
+    by_name = [{unit.name: unit for unit in of_motor} for of_motor in units]
+    common = [name for name in by_name[0] if all(name in of_motor for of_motor in by_name)]
+    fitting = []
+    for name in common:
+        found = tuple(of_motor[name] for of_motor in by_name)
+        ratio = measured - np.log([unit.scale for unit in found])
+        if np.all(np.abs(ratio) < tolerance) and np.std(ratio) < np.std(measured) + MAX_ADDED_SCATTER:
+            fitting.append(found)
+    return fitting[0] if len(fitting) == 1 else ()

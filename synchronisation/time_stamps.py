@@ -35,15 +35,19 @@ def sampling_step(time: Array, where: str) -> float:
     """The median step, s, of increasing stamps (T,). Refused where stamps come in bursts, as those of a receiver do."""
     steps = np.diff(time)
     mean = float(np.mean(steps[steps <= PAUSE_S])) if np.any(steps <= PAUSE_S) else float(np.mean(steps))
-    short = steps < BURST_STEP_RATIO * mean
-    if np.mean(short) > MAX_BURST_SHARE:
+    if (share := burst_share(steps, mean)) > MAX_BURST_SHARE:
         raise Refused(
             where,
-            f"its rows come in bursts: {100 * np.mean(short):.0f} % follow the one before within "
+            f"its rows come in bursts: {100 * share:.0f} % follow the one before within "
             f"{1e3 * BURST_STEP_RATIO * mean:.3g} ms, and {1e3 * mean:.3g} ms is the mean",
             "stamp each row when it is sampled, not when it is received or written",
         )
     return float(np.median(steps))
+
+
+def burst_share(steps: Array, mean: float) -> float:
+    """Share of the steps (T - 1,) that are within a burst; mean: of those that are no pauses, in their unit."""
+    return float(np.mean(steps < BURST_STEP_RATIO * mean))
 
 
 def check_log_rate(time: Array, where: str) -> None:

@@ -8,8 +8,10 @@ from xneck_foundation.spelling import quoted, valid_words
 
 MAX_CHARACTERS = 480
 """longest line of a refusal; before it a command writes its name, or a batch the recording's"""
-_MAX_WHERE, _MAX_DO = 160, 160
-"""characters of the line that `where` and `do` may take; `what` takes the others"""
+_MAX_WHERE = 160
+"""characters of the line that `where` may take"""
+_LEAST_WHAT = 160
+"""characters that `what` may take however long `do` is: numbers in `do` are copied, so that `what` is cut before it"""
 _WHERE_HEAD = 0.15
 """share of a long `where` that is kept of its beginning: a file's name stands at the end"""
 
@@ -29,8 +31,10 @@ class Refused(Exception):
 
     def __str__(self) -> str:
         where = shortened(printable(self.where), _MAX_WHERE, _WHERE_HEAD)
-        do = f"; {shortened(unfolded(self.do), _MAX_DO)}" if self.do else ""
-        what = shortened(unfolded(self.what), MAX_CHARACTERS - len(where) - len(do) - 2)
+        what, do = unfolded(self.what), unfolded(self.do)
+        left = MAX_CHARACTERS - len(where) - len(": ")
+        do = f"; {shortened(do, left - min(len(what), _LEAST_WHAT) - len('; '))}" if do else ""
+        what = shortened(what, left - len(do))
         return f"{where}: {what}{do}"
 
 

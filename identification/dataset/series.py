@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.dataset.clock_jumps import refuse_set_clock, stamp
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import counted
 
@@ -83,10 +84,17 @@ def check_time(time: Array, where: str, number: Callable[[int], int] = from_one)
         raise Refused(where, f"has {counted(len(time), 'row')}", "record longer")
     check_order(time, where, number)
     steps = np.diff(time)
-    pauses = steps[steps > PAUSE_S]
+    pausing = steps > PAUSE_S
+    for row in np.flatnonzero(pausing) + 1:
+        refuse_set_clock(time, int(row), where, number)
+    pauses = steps[pausing]
     if np.sum(pauses) > MAX_PAUSE_RATIO * (time[-1] - time[0] - np.sum(pauses)):
         row = int(np.argmax(steps))
-        raise Refused(where, f"time jumps by {steps[row]:.6g} s in row {number(row + 1)}", "cut it in two there")
+        raise Refused(
+            where,
+            f"time jumps by {steps[row]:.6g} s in row {number(row + 1)}, from {stamp(time[row])} to {stamp(time[row + 1])}",
+            "cut it in two there",
+        )
 
 
 def check_order(time: Array, where: str, number: Callable[[int], int] = from_one) -> None:
@@ -98,8 +106,9 @@ def check_order(time: Array, where: str, number: Callable[[int], int] = from_one
     if np.any(steps <= 0):
         row = int(np.argmax(steps <= 0)) + 1
         refuse_backwards(time, where)
+        refuse_set_clock(time, row, where, number)
         if begins_again(time, row):
-            what = f"time begins again in row {number(row)}, with {time[row]:g} after {time[row - 1]:g}"
+            what = f"time begins again in row {number(row)}, with {stamp(time[row])} after {stamp(time[row - 1])}"
             raise Refused(where, f"{what}, as where two recordings are joined", "cut them apart there")
         word = "stands still" if steps[row - 1] == 0 else "jumps back"
         raise Refused(where, f"time {word} in row {number(row)}", "give each row a later time than the one before")

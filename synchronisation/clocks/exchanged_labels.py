@@ -14,6 +14,7 @@ from scipy.signal import correlate
 from mechanism.arm import Arm
 from synchronisation.clocks.coarse_alignment import CableSpeeds, CoarseAlignment, cable_speeds
 from synchronisation.clocks.frame_geometry import cable_winding
+from synchronisation.swapped_order import order_words
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
@@ -143,12 +144,8 @@ def exchange_words(order: tuple[int, ...], signs: Array, pairs: list[tuple[int, 
         words.append(ALL_AGAINST)
     else:
         words += [f"alpha{i + 1} has the wrong sign" for i in range(n) if signs[i] < 0]
-    moved = [j for j, k in enumerate(columns) if k != j]
-    if len(moved) == 2:
-        words.append(f"theta{moved[0] + 1} and theta{moved[1] + 1} are swapped")
-    elif moved:
-        held = (f"theta{k + 1} is motor {j + 1}'s" for j, k in enumerate(columns) if k != j)
-        words.append(f"theta columns are in another order: {', '.join(held)}")
+    if reordered := order_words("theta", columns):
+        words.append(reordered)
     against = [j for j, (_, sign) in enumerate(pairs) if sign < 0]
     if len(against) == len(pairs) > 1 and not np.all(signs < 0):
         return [*words, ALL_AGAINST]

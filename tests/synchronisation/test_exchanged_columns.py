@@ -74,6 +74,19 @@ def test_what_is_exchanged_is_named(
     assert re.search(r"[\d.]+ mm are left unexplained so, [\d.]+ as it is", str(refusal.value))
 
 
+@pytest.mark.parametrize("order", [(1, 2, 3, 0), (3, 0, 1, 2), (2, 3, 0, 1), (1, 2, 0, 3)])
+def test_forces_in_another_order_are_named_with_whose_each_is(
+    recording: tuple[Angles, Series], order: tuple[int, ...]
+) -> None:
+    """Of four in a ring two were called swapped, which explains little."""
+    angles, log = recording
+    rotated = Series(log.time, {**log.columns, **numbered_columns("f", log.matrix("f")[:, order])})
+    with pytest.raises(Refused, match=r"sync: f columns are in another order: ([^:]*): [\d.]+ mm") as refusal:
+        check_log_meaning(NECK, ARM, angles, rotated)
+    told = re.findall(r"f(\d) is motor (\d)'s", str(refusal.value))
+    assert {(int(k) - 1, int(j) - 1) for k, j in told} == {(k, j) for k, j in enumerate(order) if k != j}
+
+
 OF_BARS = "alpha1..3 are angles of the bars in the picture, not from bar to bar"
 FROM_TIP = "alpha1..3 are counted from the tip"
 
@@ -101,18 +114,52 @@ def test_angles_that_are_not_from_bar_to_bar_are_named(
     assert str(refusal.value).endswith(remedy)
 
 
-def test_bars_angles_are_named_where_they_hardly_move_as_the_log_does(recording: tuple[Angles, Series]) -> None:
-    """Joints that move against each other: sums of their angles are of another motion, one would say."""
+def independent_joints(recording: tuple[Angles, Series], about: np.ndarray) -> tuple[Angles, Series]:
+    """Joints that move by themselves, each about an angle (rad), with the same frames and forces."""
     angles, log = recording
     rng = np.random.default_rng(8)
     alpha = gaussian_filter1d(rng.normal(size=(len(log.time), ARM.N)), 150, axis=0)
-    alpha = 0.2 * alpha / alpha.std(axis=0)
+    alpha = about + 0.2 * alpha / alpha.std(axis=0)
     theta = (log.matrix("f") / STIFFNESS - lengths(ARM, alpha) + lengths(ARM, np.zeros(ARM.N))) / ARM.drum
     own = Series(log.time, {**log.columns, **numbered_columns("theta", theta)})
-    seen = np.searchsorted(log.time, angles.time)
-    assert check_log_meaning(NECK, ARM, Angles(angles.time, alpha[seen], angles.sigma), own) == ()
+    return Angles(angles.time, alpha[np.searchsorted(log.time, angles.time)], angles.sigma), own
+
+
+def test_bars_angles_are_named_where_they_hardly_move_as_the_log_does(recording: tuple[Angles, Series]) -> None:
+    """Joints that move against each other: sums of their angles are of another motion, one would say."""
+    angles, own = independent_joints(recording, np.zeros(ARM.N))
+    assert check_log_meaning(NECK, ARM, angles, own) == ()
     with pytest.raises(Refused, match=re.escape(OF_BARS)):
-        check_log_meaning(NECK, ARM, Angles(angles.time, np.cumsum(alpha[seen], axis=1), angles.sigma), own)
+        check_log_meaning(NECK, ARM, Angles(angles.time, np.cumsum(angles.alpha, axis=1), angles.sigma), own)
+
+
+@pytest.mark.parametrize(
+    ("turns", "says"),
+    [
+        ((1, 0, 0), "alpha1 reads 90 deg while the arm stands straight.*; subtract 1.570796 from alpha1$"),
+        ((0, -1, 0), "alpha2 reads -90 deg while the arm stands straight.*; add 1.570796 to alpha2$"),
+        ((1, 1, 1), "alpha1, alpha2, alpha3 read 90 deg .*; subtract 1.570796 from alpha1, alpha2, alpha3$"),
+        (
+            (2, 0, -1),
+            "alpha3 reads -90 deg and alpha1 reads 180 deg .*; add 1.570796 to alpha3 and subtract 3.141593 from",
+        ),
+    ],
+)
+def test_angles_that_read_quarter_turns_while_the_arm_stands_straight_are_named(
+    recording: tuple[Angles, Series], turns: tuple[int, ...], says: str
+) -> None:
+    """Motors were said to be in degrees of the drum, or nothing was said and a marker was off by 69 deg."""
+    angles, log = independent_joints(recording, np.zeros(ARM.N))
+    read = Angles(angles.time, angles.alpha + np.pi / 2 * np.array(turns), angles.sigma)
+    with pytest.raises(Refused, match=says):
+        check_log_meaning(NECK, ARM, read, log)
+
+
+@pytest.mark.parametrize("about_deg", [(50.0, 0.0, 0.0), (0.0, -55.0, 50.0)])
+def test_an_arm_that_is_bent_all_along_reads_no_quarter_turn(
+    recording: tuple[Angles, Series], about_deg: tuple[float, ...]
+) -> None:
+    assert check_log_meaning(NECK, ARM, *independent_joints(recording, np.radians(about_deg))) == ()
 
 
 @pytest.mark.parametrize("told", [25.0, 7.5])

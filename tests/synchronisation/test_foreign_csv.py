@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.dataset.series import Series
+from identification.dataset.series import Series, check_time
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from synchronisation.angles import read_angles
@@ -354,6 +354,76 @@ def test_a_number_of_each_row_is_no_time(tmp_path: Path) -> None:
 def test_a_column_that_is_taken_for_the_time_as_it_grows_is_said(tmp_path: Path) -> None:
     mapping = mapping_of(written(tmp_path / "log.csv", ",".join(["x", *OURS[1:]])))
     assert mapping.doubts[0] == "which column is the time: x is taken for it, as it grows evenly"
+
+
+RECEIVED = np.cumsum(np.where(np.arange(len(truth())) % 10, 1e-5, 0.02 - 9e-5))
+SEVERAL_TIMES = {
+    "whole seconds": ("timestamp", 1.7e9 + np.floor(truth().time)),
+    "in bursts": ("time_received", 1.7e9 + RECEIVED),
+    "rows": ("tick", np.arange(float(len(truth())))),
+}
+
+
+@pytest.mark.parametrize("other", SEVERAL_TIMES)
+@pytest.mark.parametrize("first", [True, False])
+def test_of_several_times_that_of_the_samples_is_taken_and_it_is_said(
+    other: str, *, first: bool, tmp_path: Path
+) -> None:
+    name, beside = SEVERAL_TIMES[other]
+    sampled = 1e3 * values()[:, 0]
+    times = [beside, sampled] if first else [sampled, beside]
+    names = [name, "elapsed"] if first else ["elapsed", name]
+    table = np.column_stack([*times, values()[:, 1:]])
+    log = written(tmp_path / "log.csv", ",".join([*names, *OURS[1:]]), table=table)
+    assert_read_as_mapped(log)
+    assert mapping_of(log).doubts[0] == (
+        f"which of several times is that of the samples: elapsed is taken, and not {name}"
+    )
+
+
+def test_whole_seconds_are_in_no_unit_of_their_own() -> None:
+    time = np.arange(0, 20, 0.002)
+    assert column_meaning("timestamp", 1.7e9 + np.floor(time)).unit == "s"
+    assert column_meaning("timestamp", 1e3 * np.round(time, 2)).unit == "ms"
+
+
+SET_CLOCKS = {
+    "midnight": (86390.0, -86400, "as seconds of a day do at midnight; add 86400 to time in that row and all below it"),
+    "winter": (1.7e9, -3600, "by an hour, as where summer time ends; add 3600 to time in that row"),
+    "summer": (1.7e9, 3600, "by an hour, as where summer time begins; subtract 3600 from time in that row"),
+    "a day": (1.7e9, 86400, "by a day: the clock's date was set; subtract 86400 from time in that row"),
+}
+
+
+@pytest.mark.parametrize("when", SET_CLOCKS)
+def test_a_clock_that_was_set_on_the_way_is_called_that_with_the_number_to_add(when: str, tmp_path: Path) -> None:
+    begins, jump, says = SET_CLOCKS[when]
+    table = values().copy()
+    table[:, 0] += begins - table[0, 0]
+    row = len(table) // 2
+    table[row:, 0] += jump
+    log = written(tmp_path / "log.csv", ",".join(OURS), table=table)
+    before, after = np.round(table[row - 1 : row + 1, 0], 6)
+    stamps = f"row {row + 2}, from {before:.13g} to {after:.13g}, "
+    reads = [lambda: read_log(log, NECK), *([lambda: mapping_of(log)] if jump < 0 else [])]
+    for read in reads:
+        with pytest.raises(Refused, match=f"{stamps}{says}"):
+            read()
+
+
+@pytest.mark.parametrize("jump", [3590.0, 3610.0, 20.0])
+def test_a_pause_of_another_length_is_no_clock_that_was_set(jump: float) -> None:
+    time = np.r_[np.arange(0, 1000, 0.02), 1000 + jump + np.arange(0, 1000, 0.02)]
+    check_time(time, "log")
+
+
+@pytest.mark.parametrize("date", ["05-Mar-2024 23:59:50.000", "5-Mrz.-2024 23:59", "2024-03-05 23:59:50"])
+def test_a_column_of_dates_is_named_where_no_other_may_be_the_time(date: str, tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    rows = [",".join([date, *(f"{value:.8g}" for value in row[1:])]) for row in values()]
+    log.write_text("\n".join([",".join(["Datum", *OURS[1:]]), *rows, ""]))
+    with pytest.raises(Refused, match=r"row 2, column Datum: .* is a date; write the time in seconds"):
+        mapping_of(log)
 
 
 JOINED = {

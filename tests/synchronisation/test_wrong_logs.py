@@ -130,6 +130,52 @@ def test_a_unit_is_said_to_be_it_only_where_the_factor_is_its_own(newtons: float
     assert its_own is None or float(its_own[1]) == pytest.approx(newtons, rel=0.1)
 
 
+UNLIKE_DRUMS_M = np.array([0.010, 0.0118, 0.0119, 0.0108])
+MILLI = 1e3 * UNLIKE_DRUMS_M / 15.0
+
+
+def forces_scaled(by: np.ndarray, folder: Path) -> tuple[str, ...]:
+    """What is said of forces that are logged so many times as large: of motors with gears of 15 and unlike drums."""
+    recording = faultless()
+    log, motors = dict(recording.log), []
+    for j, (motor, rd) in enumerate(zip(recording.neck["motors"], UNLIKE_DRUMS_M, strict=True)):
+        # turns as many times as far for the same motion of its cable, with an inertia that is felt on it as before
+        turns = (motor["rd"] / motor["R"]) / (rd / 15.0)
+        motors.append({**motor, "R": 15.0, "rd": float(rd), "Ia": float(motor["Ia"] / turns**2)})
+        log[f"theta{j + 1}"] = log[f"theta{j + 1}"] * turns
+        log[f"f{j + 1}"] = log[f"f{j + 1}"] * by[j]
+    changed = type(recording)({**recording.neck, "motors": motors}, recording.angles, log, recording.offset_s)
+    neck_file, angles_file, log_file = files_of(changed, folder)
+    neck = read_neck(neck_file)
+    return check_log_meaning(neck, arm_of(neck), read_angles(angles_file, 3), read_log(log_file, neck))
+
+
+def test_torques_near_newtons_are_known_by_the_drums_of_all_motors(tmp_path: Path) -> None:
+    """In mN m of the motor the arm needs 1.3 to 1.5 times the logged forces, which each motor alone would not tell."""
+    with pytest.raises(Refused, match=r"f is in mN m of the motor") as refused:
+        forces_scaled(MILLI, tmp_path)
+    told = [float(x) for x in re.findall(r"motors\[\d\]\.f_scale: ([\d.]+)", str(refused.value))]
+    np.testing.assert_allclose(told, 1 / MILLI, rtol=1e-5)
+
+
+def test_a_factor_alike_for_all_motors_is_no_torque_of_unlike_drums(tmp_path: Path) -> None:
+    """Tenths of a newton: mN m of the drum would be 83 to 100 of them, another number for each motor."""
+    with pytest.raises(Refused, match=r"f_scale, which comes to about 0\.0\d+$") as refused:
+        forces_scaled(np.full(4, 10.0), tmp_path)
+    assert "drum" not in str(refused.value)
+
+
+@pytest.mark.parametrize("by", [0.6, 0.75, 1.9])
+def test_a_factor_in_common_beyond_what_a_drawing_allows_is_asked_of(by: float, tmp_path: Path) -> None:
+    (warning,) = forces_scaled(np.full(4, by), tmp_path)
+    assert re.search(r"the arm as described needs .* times the logged forces", warning)
+
+
+@pytest.mark.parametrize("gains", [(1, 1, 1, 1), (1, 1.1, 1, 1), (1, 1, 0.9, 1)])
+def test_the_gain_of_one_motor_is_left_to_the_diagnosis(gains: tuple[float, ...], tmp_path: Path) -> None:
+    assert forces_scaled(1 / np.array(gains), tmp_path) == ()
+
+
 @pytest.mark.parametrize("forces", [True, False])
 def test_the_sample_is_not_doubted(forces: bool) -> None:
     folder = SAMPLES / "held_out"
