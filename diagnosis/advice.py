@@ -9,11 +9,12 @@ from diagnosis.effects import EFFECTS
 from diagnosis.unlisted_laws import AGAINST_SEVERAL_JOINTS, OF_ENCODERS
 from discovery.problem import Candidate
 
+_TOUCHED = "look at the video at these times: something touched or caught the arm"
 _BY_SIGNATURE = {
     "periodic": "look for teeth, poles or a bent shaft that come round as often as this; a slow motion over more of the drum's "
     "turn shows them more clearly",
     "drift": "let the arm run warm before recording, or record until nothing changes any more, and diagnose again",
-    "episodes": "look at the video at these times: something touched or caught the arm; leave these times out, and diagnose again",
+    "episodes": _TOUCHED,
     "constant": "look for a load, a spring or an offset that neck.yaml does not know",
 }
 """what to look for, by the kind of a signature"""
@@ -81,11 +82,14 @@ def advice(d: Diagnosis) -> tuple[Step, ...]:
         look_alikes = {c.effect.name: c.effect for named in d.search.named if len(named.tied) > 1 for c in named.tied}
         if not look_alikes and d.verdict == "insufficient":
             look_alikes = {named.effect.name: named.effect for named in d.search.named}
-        return (*_tell_apart(tuple(look_alikes.values())), *_go_on(d))
+        touched = [Step(_TOUCHED)] if any(d.set_aside) else []
+        return (*_tell_apart(tuple(look_alikes.values())), *touched, *_go_on(d))
     if d.verdict == "unknown":
         look_for = _BY_SIGNATURE.get(d.signature.kind, _BY_OTHER_SIGNATURES)
         if d.found_laws:
             look_for = look_for_law(d.found_laws[0].law.candidate)
+        elif any(d.set_aside):
+            look_for = _TOUCHED
         elif unlisted_law(d.search, ()) and d.search.unlisted:
             look_for = BY_VARIABLE[d.search.unlisted.function.variable.name]
         another_day = Step(
