@@ -7,14 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset.frames import FrameAngles
+from identification.dataset.dataset import DataSet
+from identification.dataset.frames import FrameAngles, frame_angles
+from identification.dataset.same_log import check_same_log
 from identification.dataset.series import Series, numbered_columns
 from identification.dataset.true_rows import true_rows
 from identification.model_file import Model, pose_machine
 from mechanism.description import Neck
+from observation.frame_consistency import FrameConsistency, frame_consistency
 from observation.health import SETTLING_S, HealthMonitor, as_json
 from observation.load_test import JointRows, find_loads
-from observation.observer import Observed, Observer
+from observation.observer import Innovation, Observed, Observer
 from observation.smoother import smoothed
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
@@ -38,6 +41,8 @@ class ObservedLog:
     health: HealthMonitor
     frames_used: int
     restarts: int
+    consistency: FrameConsistency | None
+    """of the frames; None where there are too few to tell"""
 
     def as_json(self) -> dict[str, Any]:
         """The record of `xneck observe`."""
@@ -46,6 +51,7 @@ class ObservedLog:
         return {
             "rows": len(self.series),
             "frames_used": self.frames_used,
+            "frames_misfit": None if self.consistency is None else self.consistency.misfit,
             "restarts": self.restarts,
             "sigma_alpha_rms_rad": np.sqrt(np.mean(sigma**2, axis=0)).tolist(),
             "sigma_alpha_d_rms_rad_s": np.sqrt(np.mean(rate**2, axis=0)).tolist(),
@@ -58,16 +64,16 @@ def observe_log(
     neck: Neck,
     model: Model,
     log: Series,
-    frames: FrameAngles | None = None,
+    frames: FrameAngles | DataSet | None = None,
     start: Array | None = None,
     smooth: bool = False,
     progress: Callable[[int], object] = lambda rows: None,
 ) -> ObservedLog:
     """The joints in every row of a log with columns thetaJ, rad, and fJ, N, but for rows that repeat the one before (true_rows.py).
 
-    frames: angles by a camera on the log's clock, where there are some. start: joint angles (N,), rad, where the log begins.
-    smooth: each row by the rows after it too. progress: called with the number of rows done since the last call. Raises Refused
-    where the log holds no forces, or the model was not identified for it.
+    frames: angles by a camera on the log's clock, or the data set that was made of them and this log. start: joint angles (N,),
+    rad, where the log begins. smooth: each row by the rows after it too. progress: called with the number of rows done since the last
+    call. Raises Refused where the log holds no forces, the model was not identified for it, or frames are not this log's.
 
     >>> import xneck
     >>> data = xneck.read_dataset("monday.mcap")
@@ -78,6 +84,12 @@ def observe_log(
     'changed'
     """
     _check(neck, log, start)
+    if isinstance(frames, DataSet):
+        check_same_log(frames, log, "frames")
+        frames = frame_angles(frames)
+    if frames is not None and frames.alpha.shape[1] != neck.N:
+        what = f"they have {counted(frames.alpha.shape[1], 'angle')}, the arm has {neck.N}"
+        raise Refused("frames", what, "are they this arm's?")
     log = true_rows(log, "the log")
     step_s = float(np.median(np.diff(log.time)))
     observer = Observer(neck, model, step_s)
@@ -99,6 +111,9 @@ def observe_log(
         if row % _PROGRESS_ROWS == _PROGRESS_ROWS - 1:
             progress(_PROGRESS_ROWS)
     monitor.end()
+    consistency = frame_consistency(*rows.innovations)
+    if consistency is not None and not (monitor.foreign or monitor.off_from_the_beginning):
+        consistency.check()
     if states:
         s, layout = np.array(states), observer.numbers.layout
         monitor.loads = find_loads(
@@ -114,7 +129,13 @@ def observe_log(
         observer.restart()
         observer.correction = told_by_all_frames
         observed = smoothed(observer, len(log), rows.take)
-    return ObservedLog(_columns(log.time, observed), monitor, len(rows.frame_at), int(after_gap.sum()))
+    return ObservedLog(
+        series=_columns(log.time, observed),
+        health=monitor,
+        frames_used=len(rows.frame_at),
+        restarts=int(after_gap.sum()),
+        consistency=consistency,
+    )
 
 
 def _check(neck: Neck, log: Series, start: Array | None) -> None:
@@ -139,11 +160,16 @@ class _Rows:
         self._theta, self._f = log.matrix("theta"), log.matrix("f")
         self.frame_at = _frames_at_rows(frames, log.time)
         """frames by their rows"""
+        self.innovations: tuple[list[float], list[Innovation]] = ([], [])
+        """times, s, of frames that were taken, and what they stood beside"""
 
     def take(self, row: int) -> Observed:
         """Makes the observer, which has taken the row before, take this one."""
         angles, sigma = self._seen_at(row)
         self._observer.step(self._theta[row], self._f[row], float(self._log.time[row]), angles, sigma)
+        if self._observer.innovation is not None:
+            self.innovations[0].append(float(self._log.time[row]))
+            self.innovations[1].append(self._observer.innovation)
         return self._observer.observed
 
     def _seen_at(self, row: int) -> tuple[Array | None, Array | None]:

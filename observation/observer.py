@@ -66,6 +66,20 @@ class Observed:
 
 
 @dataclass(frozen=True)
+class Innovation:
+    """One frame against what motors, and the frames before it, told of the joints."""
+
+    alpha: Array
+    """expected, (N,), rad"""
+    alpha_d: Array
+    """expected, (N,), rad/s"""
+    beside: Array
+    """seen less expected, (N,), rad, NaN where not seen"""
+    variance: Array
+    """that `beside` should have, (N,), rad^2"""
+
+
+@dataclass(frozen=True)
 class FilteredRow:
     """What the filter made of one row, as a smoother needs it."""
 
@@ -120,6 +134,7 @@ class Observer:
         self._theta = np.zeros(layout.M)
         self._began = 0.0
         self._has_just_begun = False
+        self.innovation: Innovation | None = None
         self._transition: Array | None = None
         self._origin, self._origin_covariance = self.state, self.covariance
         self._predicted, self._predicted_covariance = self.state, self.covariance
@@ -154,6 +169,7 @@ class Observer:
             raise Refused("observe", "a motor angle or force is not finite", "leave such rows out")
         if angles is not None and sigma is None:
             raise Refused("observe", "angles came without their sigma", "say how well they are known, in rad")
+        self.innovation = None
         held = self._force
         at = (0.0 if held is None else self._time + self.step_s) if time is None else float(time)
         if held is None:
@@ -173,7 +189,9 @@ class Observer:
             self._force = acting
         self._time, self._theta = at, theta
         if angles is not None and sigma is not None:
-            self._measure_joints(np.asarray(angles, dtype=float), np.broadcast_to(np.asarray(sigma), np.shape(angles)))
+            seen, each = np.asarray(angles, dtype=float), np.broadcast_to(np.asarray(sigma), np.shape(angles))
+            self.innovation = self._innovation(seen, each)
+            self._measure_joints(seen, each)
         if not (np.isfinite(self.state).all() and np.abs(self.state[self.numbers.layout.alpha]).max() < np.pi):
             raise left_range(at)
         out = self.observed
@@ -330,6 +348,18 @@ class Observer:
         self.state = self.state + K @ (values - self.state[at])
         self._keep_memory_within_bounds()
         self.covariance = _symmetric(P - K @ P[at])
+
+    def _innovation(self, angles: Array, sigma: Array) -> Innovation | None:
+        """Of a frame with angles (N,) and sigmas (N,), rad; none where the observer just began from it."""
+        if self._has_just_begun:
+            return None
+        expected, layout = self.observed, self.numbers.layout
+        since = self._time - self._began
+        learned = self.correction.variance(
+            self.state[layout.alpha], self.state[layout.alpha_d], self.motion.sides, since
+        )
+        variance = np.diag(expected.covariance)[: layout.N] + learned + sigma**2
+        return Innovation(expected.alpha, expected.alpha_d, angles - expected.alpha, variance)
 
     def _learned(self, angles: Array, sigma: Array) -> Array:
         """What frames, this one too, tell of how joints stand beside the model at this pose, (N,), rad."""

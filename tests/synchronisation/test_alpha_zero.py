@@ -53,7 +53,7 @@ def test_frames_that_an_observer_gets_now_and_then_have_it_too(right: DataSet, t
     time = right.log.time[100:-100:500]
     read = np.full((len(time), 3), 0.1)
     export_series(Series(time, numbered_columns("alpha", read)), tmp_path / "seen.csv")
-    frames = read_frames_on_log(tmp_path / "seen.csv", ZEROED, right.log.time)
+    frames = read_frames_on_log(tmp_path / "seen.csv", ZEROED, right.log)
     np.testing.assert_allclose(frames.alpha, read - ZERO, atol=1e-12)
 
 
