@@ -46,7 +46,7 @@ class FrameConsistency:
     beside: Array
     """(N,), rad, RMS"""
     moved: Array
-    """(N,), rad, RMS, of the angles in the frames"""
+    """(N,), rad, RMS, of the angles in the frames or as motors tell them, whichever is less"""
 
     def check(self) -> None:
         """Raises Refused where the frames are on another clock, or of another motion."""
@@ -69,6 +69,16 @@ class FrameConsistency:
                 "are they of this recording and on this log's clock, with the signs and order of the model's joints?",
             )
 
+    @property
+    def doubt(self) -> str | None:
+        """For a person, where frames that were not refused stand further beside the joints than chance has it."""
+        if self.misfit <= self.limit:
+            return None
+        return (
+            f"frames stand {self._beside_words(range(len(self.beside)))} beside the joints that the motors tell, about a constant: "
+            f"{np.sqrt(self.misfit):.1f} times what they and the model are said to be good for; is their scale right, and their sigma?"
+        )
+
     def _beside_words(self, joints: Sequence[int] | NDArray[np.intp]) -> str:
         low, high = (np.degrees(pick([self.beside[i] for i in joints])) for pick in (min, max))
         return f"{high:.2g} deg (rms)" if f"{low:.2g}" == f"{high:.2g}" else f"{low:.2g} to {high:.2g} deg (rms)"
@@ -86,7 +96,7 @@ def frame_consistency(time: Sequence[float], innovations: Sequence[Innovation]) 
     enough = known.sum(axis=0) >= MIN_FRAMES
     if not enough.any():
         return None
-    e, rates, seen = (_about_mean(part, weight) for part in (beside, alpha_d, alpha + beside))
+    e, rates, seen, told = (_about_mean(part, weight) for part in (beside, alpha_d, alpha + beside, alpha))
     # errors of the pose last, so that frames within that time are not independent
     independent = min(len(time) - 1.0, (time[-1] - time[0]) / POSE_TIME_S)
     count = float((known.sum(axis=0) - 1)[enough].sum())
@@ -101,7 +111,7 @@ def frame_consistency(time: Sequence[float], innovations: Sequence[Innovation]) 
         clock_error_s=late,
         clock_share=(before - after) / max(before - count, 1e-300),
         beside=np.sqrt(np.sum(e**2, axis=0) / used),
-        moved=np.sqrt(np.sum(seen**2, axis=0) / used),
+        moved=np.sqrt(np.minimum(np.sum(seen**2, axis=0), np.sum(told**2, axis=0)) / used),
     )
 
 

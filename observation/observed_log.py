@@ -44,6 +44,12 @@ class ObservedLog:
     consistency: FrameConsistency | None
     """of the frames; None where there are too few to tell"""
 
+    @property
+    def doubt(self) -> str | None:
+        """Of the frames, for a person; None where the arm's health says enough."""
+        changed = self.health.healthy is False
+        return None if changed or self.consistency is None else self.consistency.doubt
+
     def as_json(self) -> dict[str, Any]:
         """The record of `xneck observe`."""
         sigma = self.series.matrix("sigma_alpha")
@@ -52,6 +58,7 @@ class ObservedLog:
             "rows": len(self.series),
             "frames_used": self.frames_used,
             "frames_misfit": None if self.consistency is None else self.consistency.misfit,
+            "frames_doubt": self.doubt,
             "restarts": self.restarts,
             "sigma_alpha_rms_rad": np.sqrt(np.mean(sigma**2, axis=0)).tolist(),
             "sigma_alpha_d_rms_rad_s": np.sqrt(np.mean(rate**2, axis=0)).tolist(),
@@ -72,8 +79,8 @@ def observe_log(
     """The joints in every row of a log with columns thetaJ, rad, and fJ, N, but for rows that repeat the one before (true_rows.py).
 
     frames: angles by a camera on the log's clock, or the data set that was made of them and this log. start: joint angles (N,),
-    rad, where the log begins. smooth: each row by the rows after it too. progress: called with the number of rows done since the last
-    call. Raises Refused where the log holds no forces, the model was not identified for it, or frames are not this log's.
+    rad, where the log begins. smooth: each row by the rows after it too. progress: called with the number of rows done since
+    the last call. Raises Refused where the log holds no forces, the model was not identified for it, or frames are not this log's.
 
     >>> import xneck
     >>> data = xneck.read_dataset("monday.mcap")

@@ -59,15 +59,29 @@ def by(angles: Callable[[np.ndarray], np.ndarray]) -> Callable[[FrameAngles], Fr
     [
         (lambda frames: replace(frames, time=frames.time + 0.02), CLOCK),
         (by(lambda alpha: -alpha), OTHER),
+        (by(lambda alpha: 2.9 * alpha), OTHER),
         (by(lambda alpha: alpha[:, ::-1]), "do not fit this log"),
         (by(lambda alpha: np.roll(alpha, len(alpha) // 2, axis=0)), "do not fit this log"),
     ],
-    ids=["another clock", "turned signs", "exchanged joints", "another time"],
+    ids=["another clock", "turned signs", "another unit", "exchanged joints", "another time"],
 )
 def test_wrong_frames_are_refused(every: int, wrong: Callable[[FrameAngles], FrameAngles], says: str) -> None:
     of = case(SEEDS[0])
     with pytest.raises(Refused, match=says):
         observed_misfit(of, wrong(frames_of(of, every)))
+
+
+def test_a_scale_that_is_off_is_asked_about() -> None:
+    of = case(SEEDS[0])
+    right, wrong = (
+        observe_log(
+            of.neck, of.model, of.log.part(slice(0, ROWS)), replace(frames, alpha=scale * frames.alpha)
+        ).as_json()
+        for frames in (frames_of(of, 100),)
+        for scale in (1.0, 1.2)
+    )
+    assert right["frames_doubt"] is None
+    assert "is their scale right" in wrong["frames_doubt"]
 
 
 def test_a_data_set_of_another_recording_is_refused() -> None:

@@ -100,7 +100,8 @@ def _(result: ObservedLog) -> str:
         health.verdict(result.health), "not judged"
     )
     head = f"{len(result.series)} rows, sigma of the joints {sigma} deg rms; the arm is {arm}"
-    return "\n".join([head, *(f"  {line}" for line in health.sentences(result.health))])
+    doubts = [] if result.doubt is None else [result.doubt]
+    return "\n".join([head, *(f"  {line}" for line in (*health.sentences(result.health), *doubts))])
 
 
 @_record.register
