@@ -75,8 +75,9 @@ class FrameConsistency:
         if self.misfit <= self.limit:
             return None
         return (
-            f"frames stand {self._beside_words(range(len(self.beside)))} beside the joints that the motors tell, about a constant: "
-            f"{np.sqrt(self.misfit):.1f} times what they and the model are said to be good for; is their scale right, and their sigma?"
+            f"frames stand {self._beside_words(range(len(self.beside)))} beside the joints that the motors tell, about a "
+            f"constant: {np.sqrt(self.misfit):.1f} times what they and the model are said to be good for; is their scale "
+            "right, and their sigma?"
         )
 
     def _beside_words(self, joints: Sequence[int] | NDArray[np.intp]) -> str:
