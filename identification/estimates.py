@@ -34,11 +34,11 @@ LAWS_BY_ELASTIC_MODEL: dict[ElasticModel, tuple[str, ...]] = {
 }
 """laws that are fitted with each of Fasquelle's elastic models"""
 DEFAULT_LAWS = LAWS_BY_ELASTIC_MODEL[1]
-_MIN_MOTOR_SPEED_RAD_S = 1.0
+MIN_MOTOR_SPEED_RAD_S = 1.0
 """rad/s: a motor that is slower all the time is at rest, and the recordings are refused (docs/thresholds.md)"""
 _OPPOSED_SIGMAS = 5.0
 """sigmas by which friction is below zero where signs are said to be opposed (docs/thresholds.md)"""
-_PUSH_N, _PUSH_SHARE = 1.0, 0.95
+PUSH_N, PUSH_SHARE = 1.0, 0.95
 """N, and share of rows: a motor that pushes on its cable by more, in more of the rows, is turned; a slack cable shows about zero
 (docs/thresholds.md)"""
 _OPEN_NOISE_RATIO = 10.0
@@ -265,12 +265,12 @@ def common_arm(recordings: Sequence[DataSet]) -> Arm:
 
 def check_motion(signals: Sequence[Signals]) -> None:
     """Raises Refused where a motor stands still in all recordings."""
-    still = np.max([np.abs(s.theta_d).max(axis=0) for s in signals], axis=0) < _MIN_MOTOR_SPEED_RAD_S
+    still = np.max([np.abs(s.theta_d).max(axis=0) for s in signals], axis=0) < MIN_MOTOR_SPEED_RAD_S
     if still.any():
         names = ", ".join(str(j + 1) for j in np.flatnonzero(still))
         raise Refused(
             "identify",
-            f"insufficient: motor {names} hardly moves (under {_MIN_MOTOR_SPEED_RAD_S:g} rad/s)",
+            f"insufficient: motor {names} hardly moves (under {MIN_MOTOR_SPEED_RAD_S:g} rad/s)",
             "record a motion of every motor",
         )
 
@@ -299,7 +299,7 @@ def _check_tension(signals: Sequence[Signals], u: Unknowns, solution: FitSolutio
         friction = mean_friction(s, Machine(s.arm, u.laws, values), np.zeros_like(s.theta_d))
         tensions.append((s.f - s.inertial - friction)[s.low_pass.kept])
     tension = np.concatenate(tensions)
-    wrong = np.mean(tension < -_PUSH_N, axis=0) > _PUSH_SHARE
+    wrong = np.mean(tension < -PUSH_N, axis=0) > PUSH_SHARE
     if wrong.any():
         names = ", ".join(str(j + 1) for j in np.flatnonzero(wrong))
         raise Refused(

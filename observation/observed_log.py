@@ -17,6 +17,7 @@ from mechanism.description import Neck
 from observation.frame_consistency import FrameConsistency, frame_consistency
 from observation.health import SETTLING_S, HealthMonitor, as_json
 from observation.load_test import JointRows, find_loads
+from observation.logged_forces import check_forces
 from observation.observer import Innovation, Observed, Observer
 from observation.smoother import smoothed
 from xneck_foundation.errors import Refused
@@ -100,6 +101,7 @@ def observe_log(
     log = true_rows(log, "the log")
     step_s = float(np.median(np.diff(log.time)))
     observer = Observer(neck, model, step_s)
+    check_forces(log)
     rows = _Rows(observer, log, frames, start)
     monitor = HealthMonitor(observer.numbers.friction_sigma, observer.numbers.dry_friction)
     after_gap = np.concatenate([[False], np.diff(log.time) > observer.gap_s])
@@ -119,7 +121,7 @@ def observe_log(
             progress(_PROGRESS_ROWS)
     monitor.end()
     consistency = frame_consistency(*rows.innovations)
-    if consistency is not None and not (monitor.foreign or monitor.off_from_the_beginning):
+    if consistency is not None and monitor.doubted is None:
         consistency.check()
     if states:
         s, layout = np.array(states), observer.numbers.layout
@@ -137,7 +139,7 @@ def observe_log(
         observer.correction = told_by_all_frames
         observed = smoothed(observer, len(log), rows.take)
     return ObservedLog(
-        series=_columns(log.time, observed),
+        series=_columns(log.time, observed, monitor.doubted_from),
         health=monitor,
         frames_used=len(rows.frame_at),
         restarts=int(after_gap.sum()),
@@ -191,10 +193,11 @@ class _Rows:
         return frames.alpha[frame] + moved, np.hypot(frames.sigma[frame], frames.common[frame])
 
 
-def _columns(time: Array, observed: list[Observed]) -> Series:
-    """Angles, rates, and the sigmas of both, at times (T,), s."""
+def _columns(time: Array, observed: list[Observed], doubted_from: float) -> Series:
+    """Angles, rates, and the sigmas of both, at times (T,), s; of a log that is doubted from some time on no sigma is known."""
     n = len(observed[0].alpha)
     sigma = np.sqrt(np.array([np.diag(o.covariance) for o in observed]))
+    sigma[time >= doubted_from] = np.nan
     columns = numbered_columns("alpha", np.array([o.alpha for o in observed]))
     columns |= numbered_columns("alpha", np.array([o.alpha_d for o in observed]), "_d")
     columns |= numbered_columns("sigma_alpha", sigma[:, :n])
