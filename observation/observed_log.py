@@ -14,6 +14,7 @@ from identification.dataset.series import Series, numbered_columns
 from identification.dataset.true_rows import true_rows
 from identification.model_file import Model, pose_machine
 from mechanism.description import Neck
+from observation.checked_row import checked_numbers
 from observation.frame_consistency import FrameConsistency, frame_consistency
 from observation.health import SETTLING_S, HealthMonitor, as_json
 from observation.load_test import JointRows, find_loads
@@ -156,9 +157,8 @@ def _check(neck: Neck, log: Series, start: Array | None) -> None:
         )
     if log.matrix("f").shape[1] != neck.M:
         raise Refused("observe", "the log holds no forces f", "log the force command of every motor")
-    if start is not None and len(start) != neck.N:
-        what = f"{counted(len(start), 'angle')} for {counted(neck.N, 'joint')}"
-        raise Refused("start", what, "give one for each joint")
+    if start is not None and not np.all(np.abs(checked_numbers("start", start, neck.N)) < np.pi):
+        raise Refused("observe", "start holds angles that are not within +-180 deg", "give them in rad")
 
 
 class _Rows:
@@ -184,7 +184,7 @@ class _Rows:
     def _seen_at(self, row: int) -> tuple[Array | None, Array | None]:
         """Angles (N,), rad, that are told at a row, with their sigmas."""
         if row == 0 and self._start is not None:
-            return self._start, np.full(len(self._start), START_SIGMA_RAD)
+            return np.asarray(self._start), np.full(len(self._start), START_SIGMA_RAD)
         if self._frames is None or row not in self.frame_at:
             return None, None
         frames, frame = self._frames, self.frame_at[row]

@@ -137,7 +137,7 @@ def test_constant_forces_may_hold_an_arm_at_rest() -> None:
     of = case(SEEDS[1])
     row = of.log.part(slice(0, 1))
     columns = {name: np.full(200, float(column[0])) for name, column in row.columns.items()}
-    seen = observe_log(of.neck, of.model, Series(0.002 * np.arange(200), columns))
+    seen = observe_log(of.neck, of.model, Series(np.arange(200) / 500.0, columns))
     assert np.isfinite(seen.series.matrix("sigma_alpha")).all()
 
 
