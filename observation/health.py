@@ -51,8 +51,9 @@ _FOREIGN = (
     "is a motor's sign turned, are motors exchanged or counted from another zero, is f in N on the cable, is it another arm's log "
     "or model? Angles are not to be used until that is known"
 )
-MIN_MOTORS_OFF = 2
-"""motors whose mean force is off from the beginning on, from which on the log is doubted (docs/thresholds.md)"""
+MIN_MOTORS_OFF, MIN_OFF_SIGMAS = 2, 3.0
+"""motors whose mean force is off from the beginning on, by more sigmas of calibration, from which on the log is doubted: a model
+that lacks something leaves sigmas that are wide (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -188,7 +189,8 @@ class HealthMonitor:
     def off_from_the_beginning(self) -> bool:
         """Whether motors are off in the first window that was judged, and neither friction nor a load alone explains it."""
         first = self._in_first_window
-        along, mean = ([f for f in first if f.kind == kind] for kind in ("along", "mean"))
+        along = [f for f in first if f.kind == "along"]
+        mean = [f for f in first if f.kind == "mean" and abs(f.force) > MIN_OFF_SIGMAS * f.expected]
         every = len(first) == len(self.sigma) > len(along) and bool(along or not self.loads)
         return every or (len(mean) >= MIN_MOTORS_OFF and not self.loads)
 

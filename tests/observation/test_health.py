@@ -105,7 +105,7 @@ def test_exchanged_motors_of_alike_friction_are_doubted_and_a_slip_is_not() -> N
     exchanged = monitored(lambda now, direction: np.array([-5.0, 6.0, 0.0, 0.0]))
     assert exchanged.doubted_from == -np.inf
     assert "are motors exchanged" in sentences(exchanged)[0]
-    for error in ([5.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]):
+    for error in ([5.0, 0.0, 0.0, 0.0], [2.0, -2.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]):
         assert monitored(lambda now, direction, error=error: np.array(error)).doubted_from == np.inf
     friction = monitored(lambda now, direction: np.full(4, 5.0 * direction))
     assert (verdict(friction), friction.doubted) == ("changed", None)
