@@ -4,13 +4,19 @@ import numpy as np
 
 from identification.estimates import MIN_UNBIASED_PROBABILITY, Estimates
 from identification.identifiability import durbin_wu_hausman
+from identification.recorded_check import inconsistency
 from xneck_foundation.one_line import indexed
 from xneck_foundation.unit_text import printed_unit
 
 
 def as_text(estimates: Estimates) -> str:
     """A parameter a row, with its sigma, or why it is not identified and what motion would identify it."""
-    lines = [f"Estimates that hold: {', '.join(name.replace('_', ' ') for name in estimates.laws)}"]
+    lines = [
+        f"check: {found}; these numbers rest on it"
+        for found in dict.fromkeys(inconsistency(check) for check in estimates.checks)
+        if found
+    ]
+    lines += [f"Estimates that hold: {', '.join(name.replace('_', ' ') for name in estimates.laws)}"]
     labels = [indexed(p.name, p.index) for p, _ in estimates.with_identifiability]
     width = max(7, *(len(label) + 2 for label in labels))
     for label, (p, verdict) in zip(labels, estimates.with_identifiability, strict=True):

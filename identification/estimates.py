@@ -12,10 +12,12 @@ from identification.fitting import FitSolution, fit_by_least_squares, fit_laws
 from identification.identifiability import Identifiability, durbin_wu_hausman, judge_identifiability, term_label
 from identification.model_file import Model, model_of
 from identification.motor_speeds import with_motor_speeds
+from identification.recorded_check import inconsistency, recorded_check
 from identification.residuals import mean_friction
 from identification.signals import Signals, signals_of
 from identification.unknowns import Unknowns, terms_of, unknowns
 from mechanism.arm import Arm
+from mechanism.dynamics import terms
 from mechanism.elasticity import ElasticModel
 from mechanism.machine import Machine
 from xneck_foundation.errors import Refused
@@ -32,13 +34,15 @@ LAWS_BY_ELASTIC_MODEL: dict[ElasticModel, tuple[str, ...]] = {
 }
 """laws that are fitted with each of Fasquelle's elastic models"""
 DEFAULT_LAWS = LAWS_BY_ELASTIC_MODEL[1]
-_MIN_MOTOR_SPEED_RAD_S = 1.0
+MIN_MOTOR_SPEED_RAD_S = 1.0
 """rad/s: a motor that is slower all the time is at rest, and the recordings are refused (docs/thresholds.md)"""
 _OPPOSED_SIGMAS = 5.0
 """sigmas by which friction is below zero where signs are said to be opposed (docs/thresholds.md)"""
-_PUSH_N, _PUSH_SHARE = 1.0, 0.95
+PUSH_N, PUSH_SHARE = 1.0, 0.95
 """N, and share of rows: a motor that pushes on its cable by more, in more of the rows, is turned; a slack cable shows about zero
 (docs/thresholds.md)"""
+_OPEN_NOISE_RATIO = 10.0
+"""times the noise of the torque that the arm's motion needs: where more is left, equations do not close (docs/thresholds.md)"""
 MIN_UNBIASED_PROBABILITY = 0.05
 """of the Durbin-Wu-Hausman test: below it least squares is said to be biased (docs/thresholds.md)"""
 
@@ -56,6 +60,8 @@ class Estimates:
     """pre-elongations of the description, (M,), m"""
     seconds: tuple[float, ...]
     """s of each recording that are used"""
+    checks: tuple[Mapping[str, Any], ...]
+    """what the check found of each recording (recorded_check.py)"""
 
     @property
     def sigma(self) -> Array:
@@ -132,6 +138,7 @@ class Estimates:
         ]
         return {
             "parameters": [p.as_json() | _reasons(verdict) for p, verdict in self.with_identifiability],
+            "checks": list(self.checks),
             "fit": {
                 "laws": list(self.laws),
                 "method": "instrumental variables at the log's rate",
@@ -207,6 +214,7 @@ def estimate(
     _check_tension(signals, u, solution)
     identifiability = judge_identifiability(u, solution)
     if not any(v.identified for v, e in zip(identifiability, u.entries, strict=True) if e.recording is None):
+        _check_closed(recordings, solution)
         raise Refused("identify", "insufficient: this motion tells none of the parameters", "move more, for longer")
     seconds = tuple(s.step * s.low_pass.factor * len(s.low_pass.kept) for s in signals)
     return Estimates(
@@ -216,7 +224,29 @@ def estimate(
         identifiability=identifiability,
         x0=arm.x0,
         seconds=seconds,
+        checks=tuple(recorded_check(data) for data in recordings),
     )
+
+
+def _check_closed(recordings: Sequence[DataSet], solution: FitSolution) -> None:
+    """Raises Refused where far more than noise is left of the arm's equations: another motion would not tell its parameters."""
+    for data, residuals in zip(recordings, solution.residuals, strict=True):
+        alpha, sigma = data.state.matrix("alpha"), data.state.matrix("sigma_alpha", "_dd")
+        if sigma.shape != alpha.shape:
+            continue
+        inertia = terms(data.arm, alpha, data.state.matrix("alpha", "_d")).M
+        noise = np.sqrt(np.mean(np.einsum("tij,tj->ti", inertia**2, sigma**2), axis=0))
+        left = np.sqrt(np.mean(residuals[-data.arm.N :] ** 2, axis=1))
+        worst = int(np.argmax(left / noise))
+        if left[worst] > _OPEN_NOISE_RATIO * noise[worst]:
+            found = inconsistency(recorded_check(data))
+            raise Refused(
+                "identify",
+                f"forces and motion do not fit: of the torque at joint {worst + 1} {left[worst]:.2g} N m are left (rms), where "
+                f"noise makes {noise[worst]:.2g}",
+                "are unit, order, signs and time of f right, and the zero of the angles?"
+                + (f" check: {found}" if found else ""),
+            )
 
 
 def common_arm(recordings: Sequence[DataSet]) -> Arm:
@@ -235,12 +265,12 @@ def common_arm(recordings: Sequence[DataSet]) -> Arm:
 
 def check_motion(signals: Sequence[Signals]) -> None:
     """Raises Refused where a motor stands still in all recordings."""
-    still = np.max([np.abs(s.theta_d).max(axis=0) for s in signals], axis=0) < _MIN_MOTOR_SPEED_RAD_S
+    still = np.max([np.abs(s.theta_d).max(axis=0) for s in signals], axis=0) < MIN_MOTOR_SPEED_RAD_S
     if still.any():
         names = ", ".join(str(j + 1) for j in np.flatnonzero(still))
         raise Refused(
             "identify",
-            f"insufficient: motor {names} hardly moves (under {_MIN_MOTOR_SPEED_RAD_S:g} rad/s)",
+            f"insufficient: motor {names} hardly moves (under {MIN_MOTOR_SPEED_RAD_S:g} rad/s)",
             "record a motion of every motor",
         )
 
@@ -269,7 +299,7 @@ def _check_tension(signals: Sequence[Signals], u: Unknowns, solution: FitSolutio
         friction = mean_friction(s, Machine(s.arm, u.laws, values), np.zeros_like(s.theta_d))
         tensions.append((s.f - s.inertial - friction)[s.low_pass.kept])
     tension = np.concatenate(tensions)
-    wrong = np.mean(tension < -_PUSH_N, axis=0) > _PUSH_SHARE
+    wrong = np.mean(tension < -PUSH_N, axis=0) > PUSH_SHARE
     if wrong.any():
         names = ", ".join(str(j + 1) for j in np.flatnonzero(wrong))
         raise Refused(

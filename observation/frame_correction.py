@@ -58,6 +58,17 @@ class FrameCorrection:
         turning = np.tanh(alpha_d / TURNING_RAD_S)
         return np.concatenate([[1.0], (alpha - self.middle) / self.half_range, turning, sides])
 
+    def variance(self, alpha: Array, alpha_d: Array, sides: Array, since: float) -> Array:
+        """Of what `at` says, (N,), rad^2; since: the recording began, s."""
+        h = self.features(alpha, alpha_d, sides)
+        return np.asarray(self._covariance_at(since) @ h @ h)
+
+    def _covariance_at(self, since: float) -> Array:
+        """What is not known of the coefficients, the more the longer ago the last frame was."""
+        kept = np.exp(-max(since - self.told_at, 0.0) / FORGOTTEN_S)
+        unknown = self.unknown[:, :, None] * np.eye(self.unknown.shape[1])
+        return unknown + (self.covariance - unknown) * kept
+
     def corrected(
         self, alpha: Array, alpha_d: Array, sides: Array, beside: Array, variance: Array, since: float
     ) -> "FrameCorrection":
@@ -65,9 +76,7 @@ class FrameCorrection:
 
         variance: of the frame, and of what does not come back, (N,), rad^2; since: the recording began, s."""
         h = self.features(alpha, alpha_d, sides)
-        kept = np.exp(-max(since - self.told_at, 0.0) / FORGOTTEN_S)
-        unknown = self.unknown[:, :, None] * np.eye(len(h))
-        coefficients, covariance = self.coefficients.copy(), unknown + (self.covariance - unknown) * kept
+        coefficients, covariance = self.coefficients.copy(), self._covariance_at(since)
         for i in np.flatnonzero(np.isfinite(beside)):
             by = covariance[i] @ h
             gain = by / (h @ by + variance[i])

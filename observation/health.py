@@ -48,8 +48,12 @@ _CAUSES: dict[Kind, str] = {
 
 
 _FOREIGN = (
-    "is a motor's sign turned, are motors exchanged or counted from another zero, is it another arm's log or model?"
+    "is a motor's sign turned, are motors exchanged or counted from another zero, is f in N on the cable, is it another arm's log "
+    "or model? Angles are not to be used until that is known"
 )
+MIN_MOTORS_OFF, MIN_OFF_SIGMAS = 2, 3.0
+"""motors whose mean force is off from the beginning on, by more sigmas of calibration, from which on the log is doubted: a model
+that lacks something leaves sigmas that are wide (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -68,15 +72,15 @@ class Finding:
     ratio: float
     """of the force in units of its limit"""
 
-    def as_json(self, foreign: bool) -> dict[str, Any]:
-        """For the record; foreign: whether the log is of another arm."""
+    def as_json(self, doubted: str | None) -> dict[str, Any]:
+        """For the record; doubted: why the log may be none of this arm's."""
         return {
             "time_s": self.time,
             "where": f"motor {self.motor}",
             "kind": self.kind,
             "force_N": self.force,
             "expected_N": self.expected,
-            "may_be": "the log does not fit this arm" if foreign else _CAUSES[self.kind],
+            "may_be": doubted or _CAUSES[self.kind],
         }
 
 
@@ -177,16 +181,41 @@ class HealthMonitor:
     @property
     def foreign(self) -> bool:
         """Whether the log is none of this arm's: half of the motors miss more than all of their friction, or it drives one."""
-        beyond = [f for f in self.findings if abs(f.force) > self.friction[f.motor - 1]]
+        beyond = self._beyond_friction
         driven = any(f.kind == "along" and f.force < 0 for f in beyond)
         return driven or 2 * len({f.motor for f in beyond}) >= len(self.friction)
 
     @property
     def off_from_the_beginning(self) -> bool:
-        """Whether every motor is off in the first window that was judged, and neither friction nor a load alone explains it."""
-        first = [f for f in self.findings if f.time == self.first_judged]
+        """Whether motors are off in the first window that was judged, and neither friction nor a load alone explains it."""
+        first = self._in_first_window
         along = [f for f in first if f.kind == "along"]
-        return len(first) == len(self.sigma) > len(along) and bool(along or not self.loads)
+        mean = [f for f in first if f.kind == "mean" and abs(f.force) > MIN_OFF_SIGMAS * f.expected]
+        every = len(first) == len(self.sigma) > len(along) and bool(along or not self.loads)
+        return every or (len(mean) >= MIN_MOTORS_OFF and not self.loads)
+
+    @property
+    def doubted(self) -> str | None:
+        """Why the log may be none of this arm's, in words; None where it is not doubted."""
+        if self.foreign:
+            return "the log does not fit this arm"
+        return "the log does not fit this arm from its beginning on" if self.off_from_the_beginning else None
+
+    @property
+    def doubted_from(self) -> float:
+        """s, of the log, from which on its angles are not to be used: minus infinity from its first row, infinity never."""
+        if self.doubted is None:
+            return np.inf
+        begins = min(f.time for f in (self._beyond_friction if self.foreign else self._in_first_window))
+        return -np.inf if begins == self.first_judged else begins
+
+    @property
+    def _beyond_friction(self) -> list[Finding]:
+        return [f for f in self.findings if abs(f.force) > self.friction[f.motor - 1]]
+
+    @property
+    def _in_first_window(self) -> list[Finding]:
+        return [f for f in self.findings if f.time == self.first_judged]
 
 
 def verdict(monitor: HealthMonitor) -> str:
@@ -200,11 +229,12 @@ def sentences(monitor: HealthMonitor) -> list[str]:
         return [f"{_why_not_judged(monitor)}: nothing is said of the arm's health"]
     lines = []
     if monitor.foreign:
+        lines.append(f"{monitor.doubted}: forces are missing that exceed all of the motors' friction; {_FOREIGN}")
+    elif monitor.doubted:
         lines.append(
-            f"the log does not fit this arm: forces are missing that exceed all of the motors' friction; {_FOREIGN}"
+            f"{monitor.doubted}, and not by friction alone: {_FOREIGN}. Or has a cable slipped, or a load changed, since it was "
+            "identified?"
         )
-    elif monitor.off_from_the_beginning:
-        lines.append(f"every motor is off from the beginning on, and not by friction alone; {_FOREIGN}")
     first: dict[int, list[Finding]] = {}
     for found in monitor.findings:
         first.setdefault(found.motor, []).append(found)
@@ -212,9 +242,9 @@ def sentences(monitor: HealthMonitor) -> list[str]:
         worst = max(own, key=lambda f: f.ratio)
         lines.append(
             f"motor {motor} from {own[0].time:.1f} s on is not as identified: {worst.force:.1f} N {_DEVIATIONS[worst.kind]}, "
-            f"where {worst.expected:.1f} N rms were left" + ("" if monitor.foreign else f"; {_CAUSES[worst.kind]}")
+            f"where {worst.expected:.1f} N rms were left" + ("" if monitor.doubted else f"; {_CAUSES[worst.kind]}")
         )
-    if monitor.loads:
+    if monitor.loads and not monitor.doubted:
         load = max(monitor.loads, key=lambda found: abs(found.mass))
         what = "heavier" if load.mass > 0 else "lighter"
         lines.append(
@@ -243,7 +273,7 @@ def as_json(monitor: HealthMonitor) -> dict[str, Any]:
         "verdict": verdict(monitor),
         "windows": monitor.windows,
         "judged_to_s": monitor.judged_to,
-        "findings": [found.as_json(monitor.foreign) for found in monitor.findings],
+        "findings": [found.as_json(monitor.doubted) for found in monitor.findings],
         "loads": [{"time_s": load.time, "mass_kg": load.mass, "sigma_kg": load.sigma} for load in monitor.loads],
         "words": sentences(monitor),
     }

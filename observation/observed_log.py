@@ -7,14 +7,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.dataset.frames import FrameAngles
+from identification.dataset.dataset import DataSet
+from identification.dataset.frames import FrameAngles, frame_angles
+from identification.dataset.same_log import check_same_log
 from identification.dataset.series import Series, numbered_columns
 from identification.dataset.true_rows import true_rows
 from identification.model_file import Model, pose_machine
 from mechanism.description import Neck
+from observation.checked_row import checked_numbers
+from observation.frame_consistency import FrameConsistency, frame_consistency
 from observation.health import SETTLING_S, HealthMonitor, as_json
 from observation.load_test import JointRows, find_loads
-from observation.observer import Observed, Observer
+from observation.logged_forces import check_forces
+from observation.observer import Innovation, Observed, Observer
 from observation.smoother import smoothed
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
@@ -38,6 +43,14 @@ class ObservedLog:
     health: HealthMonitor
     frames_used: int
     restarts: int
+    consistency: FrameConsistency | None
+    """of the frames; None where there are too few to tell"""
+
+    @property
+    def doubt(self) -> str | None:
+        """Of the frames, for a person; None where the arm's health says enough."""
+        changed = self.health.healthy is False
+        return None if changed or self.consistency is None else self.consistency.doubt
 
     def as_json(self) -> dict[str, Any]:
         """The record of `xneck observe`."""
@@ -46,6 +59,8 @@ class ObservedLog:
         return {
             "rows": len(self.series),
             "frames_used": self.frames_used,
+            "frames_misfit": None if self.consistency is None else self.consistency.misfit,
+            "frames_doubt": self.doubt,
             "restarts": self.restarts,
             "sigma_alpha_rms_rad": np.sqrt(np.mean(sigma**2, axis=0)).tolist(),
             "sigma_alpha_d_rms_rad_s": np.sqrt(np.mean(rate**2, axis=0)).tolist(),
@@ -58,16 +73,16 @@ def observe_log(
     neck: Neck,
     model: Model,
     log: Series,
-    frames: FrameAngles | None = None,
+    frames: FrameAngles | DataSet | None = None,
     start: Array | None = None,
     smooth: bool = False,
     progress: Callable[[int], object] = lambda rows: None,
 ) -> ObservedLog:
     """The joints in every row of a log with columns thetaJ, rad, and fJ, N, but for rows that repeat the one before (true_rows.py).
 
-    frames: angles by a camera on the log's clock, where there are some. start: joint angles (N,), rad, where the log begins.
-    smooth: each row by the rows after it too. progress: called with the number of rows done since the last call. Raises Refused
-    where the log holds no forces, or the model was not identified for it.
+    frames: angles by a camera on the log's clock, or the data set that was made of them and this log. start: joint angles (N,),
+    rad, where the log begins. smooth: each row by the rows after it too. progress: called with the number of rows done since
+    the last call. Raises Refused where the log holds no forces, the model was not identified for it, or frames are not this log's.
 
     >>> import xneck
     >>> data = xneck.read_dataset("monday.mcap")
@@ -78,9 +93,16 @@ def observe_log(
     'changed'
     """
     _check(neck, log, start)
+    if isinstance(frames, DataSet):
+        check_same_log(frames, log, "frames")
+        frames = frame_angles(frames)
+    if frames is not None and frames.alpha.shape[1] != neck.N:
+        what = f"they have {counted(frames.alpha.shape[1], 'angle')}, the arm has {neck.N}"
+        raise Refused("frames", what, "are they this arm's?")
     log = true_rows(log, "the log")
     step_s = float(np.median(np.diff(log.time)))
     observer = Observer(neck, model, step_s)
+    check_forces(log)
     rows = _Rows(observer, log, frames, start)
     monitor = HealthMonitor(observer.numbers.friction_sigma, observer.numbers.dry_friction)
     after_gap = np.concatenate([[False], np.diff(log.time) > observer.gap_s])
@@ -99,6 +121,9 @@ def observe_log(
         if row % _PROGRESS_ROWS == _PROGRESS_ROWS - 1:
             progress(_PROGRESS_ROWS)
     monitor.end()
+    consistency = frame_consistency(*rows.innovations)
+    if consistency is not None and monitor.doubted is None:
+        consistency.check()
     if states:
         s, layout = np.array(states), observer.numbers.layout
         monitor.loads = find_loads(
@@ -114,7 +139,13 @@ def observe_log(
         observer.restart()
         observer.correction = told_by_all_frames
         observed = smoothed(observer, len(log), rows.take)
-    return ObservedLog(_columns(log.time, observed), monitor, len(rows.frame_at), int(after_gap.sum()))
+    return ObservedLog(
+        series=_columns(log.time, observed, monitor.doubted_from),
+        health=monitor,
+        frames_used=len(rows.frame_at),
+        restarts=int(after_gap.sum()),
+        consistency=consistency,
+    )
 
 
 def _check(neck: Neck, log: Series, start: Array | None) -> None:
@@ -126,9 +157,8 @@ def _check(neck: Neck, log: Series, start: Array | None) -> None:
         )
     if log.matrix("f").shape[1] != neck.M:
         raise Refused("observe", "the log holds no forces f", "log the force command of every motor")
-    if start is not None and len(start) != neck.N:
-        what = f"{counted(len(start), 'angle')} for {counted(neck.N, 'joint')}"
-        raise Refused("start", what, "give one for each joint")
+    if start is not None and not np.all(np.abs(checked_numbers("start", start, neck.N)) < np.pi):
+        raise Refused("observe", "start holds angles that are not within +-180 deg", "give them in rad")
 
 
 class _Rows:
@@ -139,17 +169,22 @@ class _Rows:
         self._theta, self._f = log.matrix("theta"), log.matrix("f")
         self.frame_at = _frames_at_rows(frames, log.time)
         """frames by their rows"""
+        self.innovations: tuple[list[float], list[Innovation]] = ([], [])
+        """times, s, of frames that were taken, and what they stood beside"""
 
     def take(self, row: int) -> Observed:
         """Makes the observer, which has taken the row before, take this one."""
         angles, sigma = self._seen_at(row)
         self._observer.step(self._theta[row], self._f[row], float(self._log.time[row]), angles, sigma)
+        if self._observer.innovation is not None:
+            self.innovations[0].append(float(self._log.time[row]))
+            self.innovations[1].append(self._observer.innovation)
         return self._observer.observed
 
     def _seen_at(self, row: int) -> tuple[Array | None, Array | None]:
         """Angles (N,), rad, that are told at a row, with their sigmas."""
         if row == 0 and self._start is not None:
-            return self._start, np.full(len(self._start), START_SIGMA_RAD)
+            return np.asarray(self._start), np.full(len(self._start), START_SIGMA_RAD)
         if self._frames is None or row not in self.frame_at:
             return None, None
         frames, frame = self._frames, self.frame_at[row]
@@ -158,10 +193,11 @@ class _Rows:
         return frames.alpha[frame] + moved, np.hypot(frames.sigma[frame], frames.common[frame])
 
 
-def _columns(time: Array, observed: list[Observed]) -> Series:
-    """Angles, rates, and the sigmas of both, at times (T,), s."""
+def _columns(time: Array, observed: list[Observed], doubted_from: float) -> Series:
+    """Angles, rates, and the sigmas of both, at times (T,), s; of a log that is doubted from some time on no sigma is known."""
     n = len(observed[0].alpha)
     sigma = np.sqrt(np.array([np.diag(o.covariance) for o in observed]))
+    sigma[time >= doubted_from] = np.nan
     columns = numbered_columns("alpha", np.array([o.alpha for o in observed]))
     columns |= numbered_columns("alpha", np.array([o.alpha_d for o in observed]), "_d")
     columns |= numbered_columns("sigma_alpha", sigma[:, :n])

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from identification.model_file import Model
 from mechanism.description import Neck
+from observation.checked_row import check_later, checked_frame, checked_numbers
 from observation.equations import Equations, traced_equations
 from observation.evaluated_equations import EvaluatedEquations, left_range
 from observation.filter_numbers import FilterNumbers, filter_numbers
@@ -63,6 +64,20 @@ class Observed:
     """(N,), rad/s"""
     covariance: Array
     """of the angles, then the rates, (2 N, 2 N)"""
+
+
+@dataclass(frozen=True)
+class Innovation:
+    """One frame against what motors, and the frames before it, told of the joints."""
+
+    alpha: Array
+    """expected, (N,), rad"""
+    alpha_d: Array
+    """expected, (N,), rad/s"""
+    beside: Array
+    """seen less expected, (N,), rad, NaN where not seen"""
+    variance: Array
+    """that `beside` should have, (N,), rad^2"""
 
 
 @dataclass(frozen=True)
@@ -120,6 +135,7 @@ class Observer:
         self._theta = np.zeros(layout.M)
         self._began = 0.0
         self._has_just_begun = False
+        self.innovation: Innovation | None = None
         self._transition: Array | None = None
         self._origin, self._origin_covariance = self.state, self.covariance
         self._predicted, self._predicted_covariance = self.state, self.covariance
@@ -145,23 +161,26 @@ class Observer:
     ) -> tuple[Array, Array, Array]:
         """The joints at a row: angles (N,), rad, rates (N,), rad/s, covariance of both (2 N, 2 N).
 
-        theta: motor angles (M,), rad, in the signs of neck.yaml. f: forces (M,), N at the cable, that are told to the motors from
-        this row on. time: s, of the row. angles: of the joints at this row by a camera, (N,), rad, NaN where not seen, with their
-        sigma: also the pose where the observer begins. Raises Refused where a number is not finite.
+        theta: motor angles (M,), rad, growing as the cable is wound in. f: forces (M,), N at the cable, that are told to the motors
+        from this row on. time: s, of the row. angles: of the joints at this row by a camera, (N,), rad, NaN where not seen, with
+        their sigma: also the pose where the observer begins. Raises Refused where numbers are not finite, or not so many, or time
+        does not go on.
         """
-        theta, f = np.asarray(theta, dtype=float), np.asarray(f, dtype=float)
+        theta, f = (checked_numbers(name, row, self.numbers.layout.M) for name, row in (("theta", theta), ("f", f)))
         if not (np.isfinite(theta).all() and np.isfinite(f).all()):
             raise Refused("observe", "a motor angle or force is not finite", "leave such rows out")
-        if angles is not None and sigma is None:
-            raise Refused("observe", "angles came without their sigma", "say how well they are known, in rad")
+        frame = None if angles is None else checked_frame(angles, sigma, self.numbers.layout.N)
+        self.innovation = None
         held = self._force
         at = (0.0 if held is None else self._time + self.step_s) if time is None else float(time)
+        if held is not None:
+            check_later(at, self._time)
         if held is None:
             self._began = at
-            self._begin(theta, f, angles)
+            self._begin(theta, f, frame and frame[0])
         elif at - self._time > self.gap_s:
             self._forget_motion()
-            self._begin(theta, f, angles)
+            self._begin(theta, f, frame and frame[0])
         else:
             if self._has_just_begun:
                 self._measure_motor_speeds(theta, at - self._time)
@@ -172,8 +191,9 @@ class Observer:
             self.motion = self.motion.after(self.state[self.numbers.layout.alpha_d], travel, at - self._time)
             self._force = acting
         self._time, self._theta = at, theta
-        if angles is not None and sigma is not None:
-            self._measure_joints(np.asarray(angles, dtype=float), np.broadcast_to(np.asarray(sigma), np.shape(angles)))
+        if frame is not None:
+            self.innovation = self._innovation(*frame)
+            self._measure_joints(*frame)
         if not (np.isfinite(self.state).all() and np.abs(self.state[self.numbers.layout.alpha]).max() < np.pi):
             raise left_range(at)
         out = self.observed
@@ -330,6 +350,18 @@ class Observer:
         self.state = self.state + K @ (values - self.state[at])
         self._keep_memory_within_bounds()
         self.covariance = _symmetric(P - K @ P[at])
+
+    def _innovation(self, angles: Array, sigma: Array) -> Innovation | None:
+        """Of a frame with angles (N,) and sigmas (N,), rad; none where the observer just began from it."""
+        if self._has_just_begun:
+            return None
+        expected, layout = self.observed, self.numbers.layout
+        since = self._time - self._began
+        learned = self.correction.variance(
+            self.state[layout.alpha], self.state[layout.alpha_d], self.motion.sides, since
+        )
+        variance = np.diag(expected.covariance)[: layout.N] + learned + sigma**2
+        return Innovation(expected.alpha, expected.alpha_d, angles - expected.alpha, variance)
 
     def _learned(self, angles: Array, sigma: Array) -> Array:
         """What frames, this one too, tell of how joints stand beside the model at this pose, (N,), rad."""

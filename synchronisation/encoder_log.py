@@ -55,6 +55,11 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     A column `led` (in an MCAP the position of a joint of that name), 0 or 1, says whether a light was on that the video shows.
 
     Raises Refused where columns or joints are missing, values not finite, or times do not increase.
+
+    >>> import xneck
+    >>> log = xneck.read_log("samples/recording/log.mcap", xneck.read_neck("samples/recording/neck.yaml"))
+    >>> log.matrix("theta").shape == (len(log), 4)  # rad
+    True
     """
     path = Path(path)
     if path.suffix.lower() == ".mcap":

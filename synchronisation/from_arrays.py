@@ -1,5 +1,7 @@
 """A data set from arrays that are in memory: joint angles from anywhere, and the motors' log."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -17,6 +19,9 @@ Array = NDArray[np.float64]
 _WHERE = "arrays"
 _OTHER_KINDS = {"M": "dates", "m": "durations", "U": "text", "S": "bytes", "c": "complex numbers", "b": "truth values"}
 """what is no number, by the letter that NumPy has for it"""
+_NO_CONVERSIONS = {"motors.theta_scale": 1.0, "motors.theta_sign": 1, "motors.f_scale": 1.0, "alpha_zero": None}
+"""the keys of neck.yaml that say how files are converted, and what converts nothing"""
+_CONVERTING_KEYS = ("theta_scale", "theta_sign", "f_scale")
 
 
 def dataset_from_arrays(
@@ -30,11 +35,13 @@ def dataset_from_arrays(
 ) -> DataSet:
     """The data set of joint angles and a motors' log that are arrays, as `xneck sync` makes it of files.
 
-    frame_time (F,), s, on the clock of what measured the angles; alpha (F, N), rad, as they are read, NaN or masked where a joint
-    was not measured; sigma (F, N), rad, its standard deviation, where it is known. log_time (T,), s, on the controller's clock;
-    theta (T, M), rad, of the motors, and f (T, M), N at the cables, as they are logged: zeros of angles, signs and units are those
-    that `neck` says. The clocks are put on one, also where they are the same: the offset then comes out near zero, with its
-    standard deviation.
+    frame_time (F,), s, on the clock of what measured the angles; alpha (F, N), rad, zero where the arm stands straight, NaN or
+    masked where a joint was not measured; sigma (F, N), rad, its standard deviation, where it is known. log_time (T,), s, on the
+    controller's clock; theta (T, M), rad, of the motors, growing as the cable is wound in, and f (T, M), N at the cables.
+
+    So are the series of a data set, and what `read_log` gives: scales, signs and zeros that `neck` has for files are not applied to
+    arrays. The clocks are put on one, also where they are the same: the offset then comes out near zero, with its standard
+    deviation.
 
     Raises Refused where shapes do not fit the arm or each other, a value cannot be what it is said to be, or the clocks cannot be
     aligned.
@@ -50,14 +57,17 @@ def dataset_from_arrays(
     """
     angles = _series(frame_time, {"alpha": alpha, "sigma": sigma}, neck.N)
     log = _series(log_time, {"theta": theta, "f": f}, neck.M)
+    read = checked_angles(angles, neck.N, _WHERE, {"source": _WHERE})
     origin = provenance(note_inputs({}))
-    return synchronise(
-        neck,
-        neck_text(neck),
-        checked_angles(angles, neck.N, _WHERE, {"source": _WHERE}),
-        motor_log(log, neck, _WHERE),
-        origin,
-    )
+    plain = neck.with_(_NO_CONVERSIONS)
+    try:
+        data = synchronise(plain, "", read, motor_log(log, plain, _WHERE), origin)
+    except Refused as refusal:
+        if not any(key in refusal.what + refusal.do for key in _CONVERTING_KEYS):
+            raise
+        do = f"convert the arrays, or let xneck.read_log read the log's file ({refusal.do})"
+        raise Refused(refusal.where, refusal.what, do) from refusal
+    return replace(data, neck=neck, neck_yaml=neck_text(neck))
 
 
 def _series(time: ArrayLike, parts: dict[str, ArrayLike | None], count: int) -> Series:

@@ -8,6 +8,7 @@ clock's own checks name, exchanged columns and senses, are left to them.
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.dataset.constant_forces import constant_forces
 from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import Arm
 from mechanism.cable_lengths import lengths
@@ -135,22 +136,17 @@ def _example_scales(neck: Neck) -> tuple[str, ...]:
 
 def _constant_forces(log: Series) -> tuple[str, ...]:
     """A warning where some logged force never changes; Refused where none does, or one is nothing, which holds no cable taut."""
-    f = log.matrix("f")
-    still = np.flatnonzero(np.ptp(f, axis=0) == 0)
-    if not len(still):
+    constant = constant_forces(log)
+    if constant is None:
         return ()
-    stays = "stays" if len(still) == 1 else "stay"
-    levels = " and ".join(f"{level:g}" for level in np.unique(f[0, still]))
-    what = f"{column_names('f', still)} {stays} at {levels} N in every row"
-    if len(still) == f.shape[1] or np.any(f[0, still] == 0):
+    if constant.tell_nothing:
         raise Refused(
             "log",
-            f"{what}, which says nothing of how far a cable stretches",
+            f"{constant.words}, which says nothing of how far a cable stretches",
             "log the commanded forces, or leave f1..M out: then the clock is good to milliseconds and nothing can be identified",
         )
-    return (
-        f"{what}: was it commanded so? How far {'its cable stretches' if len(still) == 1 else 'their cables stretch'} is not told",
-    )
+    cables = "its cable stretches" if len(constant.motors) == 1 else "their cables stretch"
+    return (f"{constant.words}: was it commanded so? How far {cables} is not told",)
 
 
 def _check_degrees(arm: Arm, time: Array, alpha: Array, log: Series) -> None:

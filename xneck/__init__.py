@@ -4,7 +4,7 @@ Each function does what the command of its name does, and writes no files of its
 
 - `synchronise` a recording folder, `dataset_from_arrays`, or `read_dataset` of what `xneck sync` and `xneck run` wrote
 - `check` whether camera and motors agree, `identify` friction and elasticity, `simulate` the recorded forces
-- `read_neck` and `read_model`; `neck.with_({...})` and `model.with_(k=...)` are the same with other numbers
+- `read_neck`, `read_log` and `read_model`; `neck.with_({...})` and `model.with_(k=...)` are the same with other numbers
 - `simulate_motion` that was designed and not played yet; `mujoco_model` is the arm for MuJoCo
 - `observe` the joints of a log without a camera, or with `Observer` row by row; `calibrate_pose` finds what a model needs for it
 - `discover` what law a residual follows, of this arm or of any other bench
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from observation.observed_log import observe_log as observe
     from observation.observer import Observer
     from synchronisation.check.from_dataset import check_dataset as check
+    from synchronisation.encoder_log import read_log
     from synchronisation.from_arrays import dataset_from_arrays
     from xneck.export.motion_file import read_motion
     from xneck.export.mujoco_file import mujoco_model, mujoco_start
@@ -70,6 +71,7 @@ __all__ = [
     "mujoco_start",
     "observe",
     "read_dataset",
+    "read_log",
     "read_model",
     "read_motion",
     "read_neck",
@@ -98,6 +100,7 @@ _LOCATIONS = {
     "mujoco_start": "xneck.export.mujoco_file:mujoco_start",
     "observe": "observation.observed_log:observe_log",
     "read_dataset": "identification.dataset.dataset_file:read_dataset",
+    "read_log": "synchronisation.encoder_log:read_log",
     "read_model": "identification.model_file:read_model",
     "read_motion": "xneck.export.motion_file:read_motion",
     "read_neck": "mechanism.description:read_neck",

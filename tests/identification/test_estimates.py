@@ -9,6 +9,7 @@ import pytest
 
 from identification.dataset.dataset import DataSet, state_series
 from identification.dataset.series import Series, numbered_columns
+from identification.estimate_table import as_text
 from identification.estimates import Estimates, estimate
 from identification.identifiability import durbin_wu_hausman
 from mechanism.arm import arm_of
@@ -190,6 +191,30 @@ def test_wrong_inputs_are_named(data: DataSet) -> None:
         estimate([replace(data, state=part)])
     with pytest.raises(Refused, match="unknown law 'rust'; valid: actuator_gain"):
         estimate([data], ["rust"])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [lambda c: c / 2000, lambda c: np.roll(c, 25), lambda c: 4 * np.abs(c - c.mean())],
+    ids=["in another unit", "late", "of something else"],
+)
+def test_forces_that_do_not_fit_are_no_lack_of_motion(data: DataSet, wrong: Any) -> None:
+    with pytest.raises(
+        Refused, match=r"forces and motion do not fit: of the torque at joint \d .* N m are left.*units"
+    ):
+        estimate([changed(data, ["f"], wrong)])
+
+
+def test_numbers_of_data_that_the_check_found_inconsistent_say_so(data: DataSet, found: Estimates) -> None:
+    fault = {"fault": "drum_radius", "where": "all", "size": -0.2, "unit": "1", "sigma": 0.01}
+    doubted = estimate([replace(data, check={"verdict": "inconsistent", "usable": False, "faults": [fault]})])
+    line = "check: inconsistent, not usable as they are (drum_radius of all); these numbers rest on it"
+    assert as_text(doubted).splitlines()[0] == line
+    assert doubted.as_json()["checks"] == [
+        {"verdict": "inconsistent", "usable": False, "faults": [{"fault": "drum_radius", "where": "all"}]}
+    ]
+    assert "check" not in as_text(found)
+    assert found.as_json()["checks"] == [{"verdict": "consistent", "usable": True, "faults": []}]
 
 
 def by_hand(peak_deg: float, swing_n: float) -> DataSet:

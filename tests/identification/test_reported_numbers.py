@@ -41,6 +41,7 @@ def made_up(recordings: int) -> Estimates:
         ),
         x0=X0,
         seconds=(12.0,) * recordings,
+        checks=({"verdict": None, "usable": None, "faults": []},) * recordings,
     )
 
 

@@ -1,14 +1,17 @@
 """An arm that is no longer the one identified is said to be, and one that is is not."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
-from identification.dataset.series import Series
+from identification.dataset.series import Series, numbered_columns
 from identification.model_file import pose_machine
 from observation import load_test
 from observation.health import SETTLING_S, HealthMonitor, sentences, verdict
 from observation.observed_log import observe_log
 from tests.observation.arms import CHANGES, SEEDS, case, changed
+from xneck_foundation.errors import Refused
 
 ROWS = 5200
 """a window and what comes before it"""
@@ -63,13 +66,79 @@ def test_a_motor_counted_backwards_is_no_friction() -> None:
         assert not any("friction changed" in line for line in sentences(health))
 
 
-def test_motors_counted_from_another_zero_are_asked_about_first() -> None:
+def changed_columns(log: Series, stem: str, by: Callable[[np.ndarray], np.ndarray]) -> Series:
+    return Series(log.time, {**log.columns, **numbered_columns(stem, by(log.matrix(stem)))})
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda log: changed_columns(log, "theta", lambda theta: theta + 3.0),
+        lambda log: changed_columns(log, "f", lambda f: f / 2500),
+    ],
+    ids=["another zero", "forces in N m"],
+)
+def test_a_log_that_does_not_fit_from_its_beginning_is_doubted_first(wrong: Callable[[Series], Series]) -> None:
+    """What its angles are worth nobody knows then: no cause is named before, and no sigma is told."""
     of = case(SEEDS[1])
-    log = of.log.part(slice(0, ROWS))
-    moved = {name: c + 3.0 if name.startswith("theta") else c for name, c in log.columns.items()}
-    health = observe_log(of.neck, of.model, Series(log.time, moved)).health
-    assert "every motor is off from the beginning on" in sentences(health)[0]
-    assert "counted from another zero" in sentences(health)[0]
+    seen = observe_log(of.neck, of.model, wrong(of.log.part(slice(0, ROWS))))
+    first, *others = sentences(seen.health)
+    for asked in ("the log does not fit this arm", "from another zero", "is f in N on the cable", "not to be used"):
+        assert asked in first
+    assert not any("a cable slipped" in line for line in others)
+    assert np.isnan(seen.series.matrix("sigma_alpha")).all()
+    assert np.isnan(seen.as_json()["sigma_alpha_rms_rad"]).all()
+
+
+def monitored(error: Callable[[float, float], np.ndarray]) -> HealthMonitor:
+    """20 s of motors with 15 N of friction, whose unmodelled force is a function of time and direction, N; 1 N was left."""
+    monitor = HealthMonitor(np.ones(4), np.full(4, 15.0))
+    for now in np.arange(0.0, 20.0, 0.01).tolist():
+        direction = float(np.sign(np.sin(3 * now)))
+        monitor.add(now, error(now, direction), np.full(4, 50.0 * direction))
+    monitor.end()
+    return monitor
+
+
+def test_exchanged_motors_of_alike_friction_are_doubted_and_a_slip_is_not() -> None:
+    """Two whose forces and angles are exchanged together miss the difference of their tensions, from the beginning on."""
+    exchanged = monitored(lambda now, direction: np.array([-5.0, 6.0, 0.0, 0.0]))
+    assert exchanged.doubted_from == -np.inf
+    assert "are motors exchanged" in sentences(exchanged)[0]
+    for error in ([5.0, 0.0, 0.0, 0.0], [2.0, -2.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]):
+        assert monitored(lambda now, direction, error=error: np.array(error)).doubted_from == np.inf
+    friction = monitored(lambda now, direction: np.full(4, 5.0 * direction))
+    assert (verdict(friction), friction.doubted) == ("changed", None)
+
+
+def test_sigma_is_known_up_to_where_a_log_no_longer_fits() -> None:
+    monitor = monitored(lambda now, direction: np.full(4, 40.0 if now > 12 else 0.0))
+    assert monitor.foreign
+    assert monitor.doubted_from == pytest.approx(10.0, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("by", "says"),
+    [
+        (np.negative, r"f1, f2, f3, f4 would push on cables .*sign of f"),
+        (np.zeros_like, "f1, f2, f3, f4 stay at 0 N in every row while motors turn"),
+        (lambda f: np.full_like(f, 50.0), "f1, f2, f3, f4 stay at 50 N in every row while motors turn"),
+        (lambda f: f * [1, 1, 0, 1], "f3 stays at 0 N in every row while motors turn"),
+    ],
+    ids=["negative", "zero", "constant", "one zero"],
+)
+def test_forces_that_can_be_none_on_the_cables_are_refused(by: Callable[[np.ndarray], np.ndarray], says: str) -> None:
+    of = case(SEEDS[1])
+    with pytest.raises(Refused, match=says):
+        observe_log(of.neck, of.model, changed_columns(of.log.part(slice(0, ROWS)), "f", by))
+
+
+def test_constant_forces_may_hold_an_arm_at_rest() -> None:
+    of = case(SEEDS[1])
+    row = of.log.part(slice(0, 1))
+    columns = {name: np.full(200, float(column[0])) for name, column in row.columns.items()}
+    seen = observe_log(of.neck, of.model, Series(np.arange(200) / 500.0, columns))
+    assert np.isfinite(seen.series.matrix("sigma_alpha")).all()
 
 
 def test_what_changes_after_the_last_whole_window_is_named() -> None:

@@ -1,5 +1,8 @@
 """Joints told by motors alone, on arms of a generator that shares no code with the observer, their drawings off."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -163,3 +166,41 @@ def test_what_the_observer_cannot_do_is_refused() -> None:
         observe_log(of.neck, of.model, without)
     with pytest.raises(Refused, match="not finite"):
         Observer(of.neck, of.model).step(np.full(4, np.nan), np.zeros(4))
+
+
+@pytest.mark.parametrize(
+    ("row", "says"),
+    [
+        (lambda theta, f: (theta[:3], f), r"theta has the shape \(3,\), expected \(4,\)"),
+        (lambda theta, f: (theta, None), "f holds no numbers|f has the shape"),
+        (lambda theta, f: ("a", f), "theta holds no numbers"),
+        (lambda theta, f: (theta, f, 0.004, [0.1, 0.2], 0.01), r"angles has the shape \(2,\), expected \(3,\)"),
+        (lambda theta, f: (theta, f, 0.004, [0.1, 0.2, 0.3], [0.1, 0.1]), r"sigma has the shape \(2,\)"),
+        (lambda theta, f: (theta, f, 0.002), "time stands still: 0.002 s after 0.002 s; give each row once"),
+        (lambda theta, f: (theta, f, 0.001), "time goes back: 0.001 s after 0.002 s"),
+        (lambda theta, f: (theta, f, float("nan")), "time is no number"),
+    ],
+)
+def test_a_row_that_is_none_is_refused(row: Callable[[np.ndarray, np.ndarray], tuple[Any, ...]], says: str) -> None:
+    of = case(SEEDS[0])
+    observer = Observer(of.neck, of.model)
+    theta, f = of.log.matrix("theta"), of.log.matrix("f")
+    for k in range(2):
+        observer.step(theta[k], f[k], 0.002 * k)
+    with pytest.raises(Refused, match=says):
+        observer.step(*row(theta[2], f[2]))
+    observer.step(theta[2], f[2], 0.004)  # what is refused leaves nothing behind
+
+
+@pytest.mark.parametrize(
+    ("start", "says"),
+    [
+        (5, r"start has the shape \(\), expected \(3,\)"),
+        ([0.1, 0.2], r"\(2,\), expected"),
+        ([5, -3, 2], "give them in rad"),
+    ],
+)
+def test_a_start_that_is_none_is_refused(start: Any, says: str) -> None:
+    of = case(SEEDS[0])
+    with pytest.raises(Refused, match=says):
+        observe_log(of.neck, of.model, of.log.part(slice(0, 10)), start=start)

@@ -1,4 +1,4 @@
-"""Angles that read something while the arm stands straight: neck.yaml says how much, and every way in takes it off."""
+"""Angles that read something while the arm stands straight: neck.yaml says how much, and every file's way in takes it off."""
 
 from pathlib import Path
 
@@ -9,10 +9,10 @@ from identification.dataset.dataset import DataSet
 from identification.dataset.dataset_file import export_series
 from identification.dataset.series import Series, numbered_columns
 from mechanism.description import read_neck
-from synchronisation.angles import read_angles
+from synchronisation.angles import Angles, read_angles
 from synchronisation.frames_on_log import read_frames_on_log
-from synchronisation.from_arrays import dataset_from_arrays
 from synchronisation.long.synchronise_parts import synchronise_parts
+from synchronisation.synchronise import synchronise
 from tests.identification.test_estimates import recording
 from tests.paths import NECK_FILE
 from xneck_foundation.errors import Refused
@@ -29,13 +29,12 @@ def right() -> DataSet:
 
 
 def test_the_state_is_that_of_angles_with_the_right_zero(right: DataSet) -> None:
-    angles, log = right.angles, right.log
-    read = angles.matrix("alpha") + ZERO
-    arrays = (angles.time, read, log.time, log.matrix("theta"), log.matrix("f"), angles.matrix("sigma"))
-    again = dataset_from_arrays(ZEROED, *arrays)
+    seen = right.angles
+    read = Angles(seen.time, seen.matrix("alpha") + ZERO, seen.matrix("sigma"))
+    again = synchronise(ZEROED, "", read, right.log, {})
     np.testing.assert_allclose(again.state.matrix("alpha"), right.state.matrix("alpha"), atol=1e-9)
     assert again.neck.alpha_zero == ZERO
-    off = dataset_from_arrays(NECK, *arrays)  # what the key is worth
+    off = synchronise(NECK, "", read, right.log, {})  # what the key is worth
     assert abs(off.state.matrix("alpha") - right.state.matrix("alpha")).max() > 0.01
 
 
@@ -54,7 +53,7 @@ def test_frames_that_an_observer_gets_now_and_then_have_it_too(right: DataSet, t
     time = right.log.time[100:-100:500]
     read = np.full((len(time), 3), 0.1)
     export_series(Series(time, numbered_columns("alpha", read)), tmp_path / "seen.csv")
-    frames = read_frames_on_log(tmp_path / "seen.csv", ZEROED, right.log.time)
+    frames = read_frames_on_log(tmp_path / "seen.csv", ZEROED, right.log)
     np.testing.assert_allclose(frames.alpha, read - ZERO, atol=1e-12)
 
 

@@ -85,7 +85,7 @@ def command(
             "model beside it: give that one",
         )
     log = true_rows(read_log(log_file, neck), log_file)
-    frames = read_frames_on_log(angles_file, neck, log.time) if angles_file else None
+    frames = read_frames_on_log(angles_file, neck, log) if angles_file else None
     pose = None if start is None else angle_list("--start", start, neck.N, "rad")
     with progress_bar(len(log), "observe", quiet) as done:
         observed = observe_log(neck, model, log, frames, pose, smooth, done)

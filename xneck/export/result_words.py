@@ -95,12 +95,14 @@ def _(result: Discovery) -> str:
 @_words.register
 def _(result: ObservedLog) -> str:
     rms = np.sqrt(np.mean(result.series.matrix("sigma_alpha") ** 2, axis=0))
-    sigma = ", ".join(f"{s:.3f}" for s in np.degrees(rms))
+    shown = ", ".join(f"{s:.3f}" for s in np.degrees(rms))
+    sigma = f"{shown} deg rms" if np.isfinite(rms).all() else "unknown"
     arm = {"as identified": "as identified", "changed": "not as identified"}.get(
         health.verdict(result.health), "not judged"
     )
-    head = f"{len(result.series)} rows, sigma of the joints {sigma} deg rms; the arm is {arm}"
-    return "\n".join([head, *(f"  {line}" for line in health.sentences(result.health))])
+    head = f"{len(result.series)} rows, sigma of the joints {sigma}; the arm is {arm}"
+    doubts = [] if result.doubt is None else [result.doubt]
+    return "\n".join([head, *(f"  {line}" for line in (*health.sentences(result.health), *doubts))])
 
 
 @_record.register
