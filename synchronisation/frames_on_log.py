@@ -34,7 +34,9 @@ def _frames_of_csv(path: Path, neck: Neck) -> FrameAngles:
 
 
 def _frames_of_dataset(path: Path, joints: int) -> FrameAngles:
-    if "state" not in joint_state.read(path).logs:
+    file = joint_state.read(path)
+    file.refuse_faulty(path, "state")
+    if "state" not in file.logs:
         raise Refused(path, "is on the camera's own clock", "give the data set that `xneck sync` makes of it")
     frames = frame_angles(read_dataset(path))
     if frames.alpha.shape[1] != joints:

@@ -361,7 +361,7 @@ def test_rows_are_called_by_their_lines_in_the_file(tmp_path: Path) -> None:
     for wrong, says in (
         ("NULL,0,0,0,1", "row 1004, column time"),
         ("nan,0,0,0,1", "time is not finite in row 1004"),
-        (lines[999], "time stands still in row 1004"),
+        (f"{LINES[999]},0,9,1", "time stands still in row 1004"),
         (f"{LINES[1000]},nan,0,1", "theta2 is not a number in row 1004"),
         ("1,2", "row 1004 has 2 cells"),
     ):
