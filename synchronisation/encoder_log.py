@@ -16,7 +16,7 @@ from synchronisation.column_units import TIME_SCALES
 from synchronisation.csv_header import WrittenOtherwise
 from synchronisation.csv_lines import file_line
 from synchronisation.csv_table import CsvFormat, read_table
-from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
+from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, row_of_reset, unwrapped
 from synchronisation.motor_topic import LED, motor_channel
 from synchronisation.parquet_table import read_parquet
 from synchronisation.row_order import in_order
@@ -154,7 +154,7 @@ def motor_log(series: Series, neck: Neck, path: str | Path, number: Callable[[in
         raise Refused(path, f"{LED} is neither 0 nor 1 in row {number(int(kept[np.argmax(neither)]))}")
     # an absurd sample hides what wraps, and a wrap is none: angles are unwrapped before and after
     series = _without_absurd_samples(_unwrapped(series, neck, path), path)
-    series = _unwrapped(series, neck, path)
+    series = _from_reset_on(_unwrapped(series, neck, path), path)
     check_size(series.columns, MAX_LOGGED_MAGNITUDE, str(path))
     series = _at_times_of_sampling(_without_clock_steps(series, path), path)
     theta_scale = np.array([motor.theta_sign * motor.theta_scale for motor in neck.motors])
@@ -216,6 +216,20 @@ def _unwrapped(series: Series, neck: Neck, path: str | Path) -> Series:
     if said:
         warn_recovered(path, f"counters that wrap around were unwrapped: {'; '.join(said)}")
     return Series(series.time, columns)
+
+
+def _from_reset_on(series: Series, path: str | Path) -> Series:
+    """The rows from where counters were set, with a warning about those before."""
+    row = row_of_reset(series.time, series.matrix("theta"))
+    if not row:
+        return series
+    before, after = series.columns["theta1"][row - 1 : row + 1]
+    warn_recovered(
+        path,
+        f"all motors leap within one row, theta1 from {before:.6g} to {after:.6g} at {series.time[row]:.3f} s, as no motor does: "
+        f"their counters were set there; left out: {counted(row, 'row')} before; record once the drives have found their zeros",
+    )
+    return series.part(slice(row, None))
 
 
 def _without_absurd_samples(series: Series, path: str | Path) -> Series:
