@@ -158,6 +158,7 @@ def checked_angles(
 def _from_mcap(path: Path) -> tuple[Series, dict[str, Any], Array | None]:
     """Columns, notes and the light's brightness of an angles.mcap."""
     recording = joint_state.read(path)
+    recording.refuse_faulty(path, "angles", "quality")
     if "angles" not in recording.logs:
         names = {name for log in recording.logs.values() for name in log.names}
         if told := other_kind(names, angles_expected=True):

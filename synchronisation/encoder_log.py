@@ -10,17 +10,18 @@ from numpy.typing import NDArray
 from identification.dataset.series import Series, check_size, check_time, from_one, numbered_columns
 from identification.dataset.time_unit import check_repeated_rows, check_time_unit
 from identification.files import joint_state, ros_bag
-from identification.files.joint_state import JointStateChannel
 from mechanism.description import Neck
 from synchronisation.clock_steps import clock_steps
 from synchronisation.column_units import TIME_SCALES
-from synchronisation.csv_header import IS_DATASET, WrittenOtherwise, is_dataset, other_kind
+from synchronisation.csv_header import WrittenOtherwise
 from synchronisation.csv_lines import file_line
 from synchronisation.csv_table import CsvFormat, read_table
-from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, unwrapped
+from synchronisation.motor_counters import F_OUTLIER_RANGE, THETA_OUTLIER_RANGE, absurd_samples, row_of_reset, unwrapped
+from synchronisation.motor_topic import LED, motor_channel
 from synchronisation.parquet_table import read_parquet
+from synchronisation.row_order import in_order
 from synchronisation.said_units import check_units
-from synchronisation.time_stamps import check_log_rate, check_stamped, sampling_step
+from synchronisation.time_stamps import check_log_rate, sampling_step
 from synchronisation.uneven_stamps import even_times_of
 from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
@@ -31,8 +32,6 @@ Array = NDArray[np.float64]
 
 LOG_SUFFIXES = (".csv", ".parquet", ".mcap", ".bag", ".db3")
 """of logs that are read"""
-LED = "led"
-"""column of a log, or joint of an MCAP, that says whether the light was on"""
 MAX_LOGGED_MAGNITUDE = 1e9
 """largest motor angle or force that a log may hold, in whatever unit it is logged (docs/thresholds.md)"""
 MAX_LOG_ROWS = 5_000_000
@@ -44,8 +43,6 @@ _ROWS_LATE, _MISSED_ROWS = 5, 0.5
 """rows one after the other that may be late, and the delay, in rows, of all of so many from which some are missing"""
 _ROWS_AT_ONCE = 100_000
 """that are interpolated: memory stays flat"""
-_SHOWN = 60
-"""characters of joints' names that are shown"""
 
 
 def read_log(path: str | Path, neck: Neck) -> Series:
@@ -63,9 +60,11 @@ def read_log(path: str | Path, neck: Neck) -> Series:
     """
     path = Path(path)
     if path.suffix.lower() == ".mcap":
-        return motor_log(motor_channel(joint_state.read(path).logs, neck, path), neck, path)
+        file = joint_state.read(path)
+        return motor_log(motor_channel(file.logs, neck, path, file.faults), neck, path)
     if path.suffix.lower() in ros_bag.SUFFIXES:
-        return motor_log(motor_channel(ros_bag.read_bag(path), neck, path), neck, path)
+        bag = ros_bag.read_bag(path)
+        return motor_log(motor_channel(bag.logs, neck, path, bag.faults), neck, path)
     required, optional = log_columns(neck)
     number: Callable[[int], int] = from_one
     if path.suffix.lower() == ".parquet":
@@ -147,19 +146,20 @@ def motor_log(series: Series, neck: Neck, path: str | Path, number: Callable[[in
     if len(series) > MAX_LOG_ROWS:
         raise Refused(path, f"has more than {MAX_LOG_ROWS} rows", "cut log and angles in parts, hours each")
     check_repeated_rows(series, str(path), "rows")
+    series, kept = in_order(series, path)
     check_time_unit(series.time, str(path), "rows")
-    check_time(series.time, str(path), number)
+    check_time(series.time, str(path), lambda row: number(int(kept[row])))
     check_log_rate(series.time, str(path))
     for name, values in series.columns.items():
         if not np.all(np.isfinite(values)):
-            row = number(int(np.argmin(np.isfinite(values))))
+            row = number(int(kept[np.argmin(np.isfinite(values))]))
             raise Refused(path, f"{name} is not a number in row {row}", "leave such rows out")
     neither = ~np.isin(series.columns.get(LED, np.empty(0)), (0, 1))
     if neither.any():
-        raise Refused(path, f"{LED} is neither 0 nor 1 in row {number(int(np.argmax(neither)))}")
+        raise Refused(path, f"{LED} is neither 0 nor 1 in row {number(int(kept[np.argmax(neither)]))}")
     # an absurd sample hides what wraps, and a wrap is none: angles are unwrapped before and after
     series = _without_absurd_samples(_unwrapped(series, neck, path), path)
-    series = _unwrapped(series, neck, path)
+    series = _from_reset_on(_unwrapped(series, neck, path), path)
     check_size(series.columns, MAX_LOGGED_MAGNITUDE, str(path))
     series = _at_times_of_sampling(_without_clock_steps(series, path), path)
     theta_scale = np.array([motor.theta_sign * motor.theta_scale for motor in neck.motors])
@@ -202,64 +202,6 @@ def _at_times_of_sampling(series: Series, path: str | Path) -> Series:
     return Series(even.time, series.columns)
 
 
-def motor_channel(logs: Mapping[str, JointStateChannel], neck: Neck, path: Path) -> Series:
-    """Columns theta, f and led as logged, from the one topic that holds the motors: by their joints' names, or by their number.
-
-    Raises Refused where none does, or several do."""
-    joints = [motor.joint for motor in neck.motors if motor.joint is not None]
-    topics = {joint: topic for joint in joints for topic in logs if joint.startswith(f"/{topic}/")}
-    names = [joint.removeprefix(f"/{topics[joint]}/") if joint in topics else joint for joint in joints]
-    if joints:
-        fitting = {
-            topic: log
-            for topic, log in logs.items()
-            if set(names) <= set(log.names) and all(topics.get(joint, topic) == topic for joint in joints)
-        }
-    else:
-        fitting = {topic: log for topic, log in logs.items() if len(set(log.names) - {LED}) == neck.M}
-    if len(fitting) != 1:
-        raise Refused(path, *_not_one_channel(logs, fitting, joints, neck.M))
-    topic, log = next(iter(fitting.items()))
-    check_stamped(log.time, str(path), topic)
-    order = [log.names.index(name) for name in names] or [k for k, name in enumerate(log.names) if name != LED]
-    force = {} if log.effort is None or np.isnan(log.effort).all() else numbered_columns("f", log.effort[:, order])
-    light = {LED: log.position[:, log.names.index(LED)]} if LED in log.names else {}
-    return Series(log.time, numbered_columns("theta", log.position[:, order]) | force | light)
-
-
-def _not_one_channel(
-    logs: Mapping[str, JointStateChannel], fitting: Mapping[str, JointStateChannel], joints: list[str], motors: int
-) -> tuple[str, str]:
-    """The refusal where none or several of a file's channels hold the motors, with what to write into neck.yaml."""
-    held = listed((f"/{topic} has {listed(log.names, limit=_SHOWN)}" for topic, log in logs.items()), "; ")
-    expected = f"joints {listed(joints, limit=_SHOWN)}" if joints else f"{motors} joints"
-    count = f"{len(fitting)} channels" if fitting else "no channel"
-    what = f"{count} with {expected} ({held})"
-    names = {name for log in logs.values() for name in log.names}
-    if not fitting and is_dataset(logs):
-        return IS_DATASET
-    if not fitting and (told := other_kind(names, angles_expected=False)):
-        return told
-    if not fitting and _spread_over_topics(logs, joints, motors):
-        return f"its motors are spread over several topics ({held})", "put them into one topic, or write a CSV"
-    if not fitting:
-        return what, "write the name that each motor has there into neck.yaml, motors[].joint"
-    topic, log = next(iter(fitting.items()))
-    name = joints[0] if joints else next(name for name in log.names if name != LED)
-    return (
-        what,
-        f"say in neck.yaml which one was measured, for every motor: motors[0].joint: /{topic}/{name}, and so on",
-    )
-
-
-def _spread_over_topics(logs: Mapping[str, JointStateChannel], joints: list[str], motors: int) -> bool:
-    """Whether several channels together hold the joints that are named, or as many as there are motors, and none holds all."""
-    held = [(topic, name) for topic, log in logs.items() for name in set(log.names) - {LED}]
-    if joints:
-        return set(joints) <= {called for topic, name in held for called in (name, f"/{topic}/{name}")}
-    return len(logs) > 1 and len(held) == motors
-
-
 def _unwrapped(series: Series, neck: Neck, path: str | Path) -> Series:
     """Motor angles without the wraps of their counters, with a warning; Refused where they wrap too fast to tell."""
     columns, said = dict(series.columns), []
@@ -279,6 +221,20 @@ def _unwrapped(series: Series, neck: Neck, path: str | Path) -> Series:
     if said:
         warn_recovered(path, f"counters that wrap around were unwrapped: {'; '.join(said)}")
     return Series(series.time, columns)
+
+
+def _from_reset_on(series: Series, path: str | Path) -> Series:
+    """The rows from where counters were set, with a warning about those before."""
+    row = row_of_reset(series.time, series.matrix("theta"))
+    if not row:
+        return series
+    before, after = series.columns["theta1"][row - 1 : row + 1]
+    warn_recovered(
+        path,
+        f"all motors leap within one row, theta1 from {before:.6g} to {after:.6g} at {series.time[row]:.3f} s, as no motor does: "
+        f"their counters were set there; left out: {counted(row, 'row')} before; record once the drives have found their zeros",
+    )
+    return series.part(slice(row, None))
 
 
 def _without_absurd_samples(series: Series, path: str | Path) -> Series:

@@ -31,7 +31,9 @@ def _frames_of_csv(path: Path, neck: Neck) -> FrameAngles:
 
 
 def _frames_of_dataset(path: Path, joints: int, log: Series) -> FrameAngles:
-    if "state" not in joint_state.read(path).logs:
+    file = joint_state.read(path)
+    file.refuse_faulty(path, "state")
+    if "state" not in file.logs:
         raise Refused(path, "is on the camera's own clock", "give the data set that `xneck sync` makes of it")
     data = read_dataset(path)
     frames = frame_angles(data)

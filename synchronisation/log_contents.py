@@ -34,6 +34,8 @@ class LogContents:
     written: CsvFormat = PLAIN
     topics: Mapping[str, joint_state.JointStateChannel] = field(default_factory=dict)
     """of an MCAP or a ROS bag"""
+    faults: Mapping[str, str] = field(default_factory=dict)
+    """what is wrong with each topic that cannot be read"""
     units_row: int | None = None
     """line of a CSV's row below the header, where it holds units instead of numbers"""
     units: Mapping[str, str] = field(default_factory=dict)
@@ -52,9 +54,11 @@ def read_contents(path: Path) -> LogContents:
     """What a log holds. Raises Refused where it is of no kind that is read, or is damaged."""
     check_input(path)
     if path.suffix.lower() == ".mcap":
-        return LogContents(topics=joint_state.read(path).logs)
+        file = joint_state.read(path)
+        return LogContents(topics=file.logs, faults=file.faults)
     if path.suffix.lower() in ros_bag.SUFFIXES:
-        return LogContents(topics=ros_bag.read_bag(path))
+        bag = ros_bag.read_bag(path)
+        return LogContents(topics=bag.logs, faults=bag.faults)
     if path.suffix.lower() == ".parquet":
         return LogContents(columns=numeric_columns(path))
     refuse_other_kind(path, LOG_SUFFIXES)

@@ -13,9 +13,10 @@ from synchronisation.column_meaning import Column, column_meaning
 from synchronisation.column_units import ANGLE_SCALES, CABLE_SCALES, FORCE_SCALES, TIME_SCALES, TORQUE_SCALES
 from synchronisation.csv_header import IS_DATASET, is_dataset, other_kind
 from synchronisation.csv_table import CsvFormat
-from synchronisation.encoder_log import LED
 from synchronisation.log_contents import LogContents
 from synchronisation.log_doubts import doubts_of_angles, doubts_of_forces, doubts_of_rate, late_stamps, missing_numbers
+from synchronisation.motor_topic import LED
+from synchronisation.row_order import rows_by_time
 from synchronisation.time_column import doubts_of_times, nanoseconds_column, time_column
 from synchronisation.time_stamps import check_stamped
 from xneck_foundation.errors import Refused
@@ -222,10 +223,11 @@ def _of_topics(path: Path, contents: LogContents, motors: int | None) -> LogMapp
     if channel.effort is not None:
         values = channel.effort[:, [channel.names.index(c.name) for c in forces]]
     mapping = _mapping(channel.time, angles, (forces, ()), values, None, None, CsvFormat(), topic)
-    elsewhere = _topics_with_efforts(contents, topic)
+    elsewhere = [f"/{other} holds efforts" for other in _topics_with_efforts(contents, topic)]
+    elsewhere += [f"/{other} cannot be read: {fault}" for other, fault in contents.faults.items()]
     if mapping.forces or not elsewhere:
         return mapping
-    said = f"forces: /{topic} holds none, but {listed(f'/{other}' for other in elsewhere)} holds efforts"
+    said = f"forces: /{topic} holds none, but {listed(elsewhere, '; ')}"
     do = "one topic must hold both: write position and effort of each motor into one JointState, or a CSV"
     return replace(mapping, doubts=(*mapping.doubts[:-1], f"{said}; {do}"))
 
@@ -250,6 +252,7 @@ def _mapping(
     topic: str | None,
 ) -> LogMapping:
     forces, unscaled = forces_and_unscaled
+    stamps = stamps[rows_by_time(stamps)]
     steps = np.diff(stamps)
     step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else np.nan
     pauses = np.flatnonzero(steps > _PAUSE_STEPS * step)

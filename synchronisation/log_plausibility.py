@@ -177,10 +177,12 @@ def _check_frame_rate(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
     factors = {rate: 1 / (rate * step) for rate in USUAL_RATES_HZ if abs(1 / (rate * step) - 1) > MIN_RATE_ERROR}
     left, rate = min((_share_if(arm, by * time, alpha, log), rate) for rate, by in factors.items())
     if left < MAX_UNEXPLAINED_SHARE:
+        rows, by = 1 / float(np.median(np.diff(log.time))), factors[rate]
         raise Refused(
             "sync",
             f"frames are {1 / step:.4g} a second by their times, and move as the log does only if they are {rate:g}",
-            f"if the camera took {rate:g}, multiply their times by {factors[rate]:.4g}",
+            f"if the camera took {rate:g}, multiply their times by {by:.4g}; if the log's rows are {rows * by:.4g} a second and "
+            f"not {rows:.4g}, multiply its times by {1 / by:.4g}",
         )
 
 

@@ -42,6 +42,7 @@ def contents_lines(path: Path, contents: LogContents) -> Iterator[str]:
         yield from (f"  {column.name:{width}}  {_column_words(column)}" for column in columns[:_MAX_COLUMNS])
         if len(columns) > _MAX_COLUMNS:
             yield f"  ... and {len(columns) - _MAX_COLUMNS} more"
+    yield from (f"{path}: topic /{topic}: cannot be read ({fault})" for topic, fault in contents.faults.items())
     if contents.texts:
         yield f"  no numbers: {listed(contents.texts)}"
     if contents.units_row:
@@ -55,7 +56,8 @@ def mapping_lines(mapping: LogMapping) -> Iterator[str]:
     """What is taken for what, and what nothing in the log says."""
     yield f"{mapping.seconds:.1f} s at {mapping.rate:.4g} rows a second; {_gap_words(mapping)}"
     if mapping.repeated:
-        yield f"{counted(mapping.repeated, 'row')} with the time of the one before: each row must have a time of its own"
+        rows = f"{counted(mapping.repeated, 'row')} with the time of the one before"
+        yield f"{rows}: one that repeats another in full is left out, any other must have a time of its own"
     yield f"angles of {counted(mapping.motors, 'motor')}: {listed(a.name for a in mapping.angles)}"
     if mapping.forces:
         turned = ", nearly all negative: turned over, as cables only pull" if mapping.pushing else ""
@@ -82,6 +84,7 @@ def mapping_record(
             {"topic": topic or None, "columns": [_column_record(c) for c in columns]}
             for topic, columns in survey(contents)
         ],
+        "unreadable_topics": [{"topic": topic, "why": fault} for topic, fault in contents.faults.items()],
         "rate_hz": mapping.rate,
         "seconds": mapping.seconds,
         "gaps": [{"begin_s": begin, "seconds": length} for begin, length in mapping.gaps],

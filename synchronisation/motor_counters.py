@@ -1,4 +1,4 @@
-"""What counters and loggers do to motor angles: they wrap around, and single samples are absurd.
+"""What counters and loggers do to motor angles: they wrap around, begin anew, and single samples are absurd.
 
 A counter is unwrapped only where it is certain: it stays within one period of a kind that counters have, wraps by that period, and
 moves by little from row to row otherwise.
@@ -36,6 +36,11 @@ OUTLIER_RATIO = 40.0
 THETA_OUTLIER_RANGE, F_OUTLIER_RANGE = 0.02, 3.0
 """the same distance over the range of nearly all samples, at least: a motor cannot be back within a row, while a force can be
 (docs/thresholds.md)"""
+MIN_LEAP_RATIO = 10.0
+"""ratio of the step with which counters are set to the largest other one, of every motor: no motor goes so much faster for one row
+(docs/thresholds.md)"""
+MAX_RESET_SHARE = 0.1
+"""share of the rows before counters are set that are left out: later it may be rows that are missing (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -83,6 +88,22 @@ def absurd_samples(values: Array, min_range: float) -> NDArray[np.bool_]:
     low, high = np.quantile(values, [MAX_OUTLYING, 1 - MAX_OUTLYING])
     limit = max(OUTLIER_RATIO * float(np.quantile(distance, 1 - MAX_OUTLYING)), min_range * float(high - low))
     return distance > limit if limit else np.zeros(len(values), dtype=bool)
+
+
+def row_of_reset(time: Array, theta: Array) -> int:
+    """The row from which on the counters count from where the motors are; 0 where they do so from the first row on.
+
+    A drive writes zeros, or where it believes to be, until it has found its zero; then all motors leap in one row.
+    time: (T,), s; theta: (T, M), in any unit, unwrapped."""
+    between = np.diff(time)
+    if len(between) < 2 or not theta.shape[1]:
+        return 0
+    rows = np.maximum(between / np.median(between), 1.0)  # over missing rows motors move on
+    steps = np.abs(np.diff(theta, axis=0)) / rows[:, None]
+    row = int(np.argmax(steps[:, 0]))
+    others = np.max(np.delete(steps, row, axis=0), axis=0)
+    is_reset = bool(np.all(steps[row] > MIN_LEAP_RATIO * others)) and row < MAX_RESET_SHARE * len(time)
+    return row + 1 if is_reset else 0
 
 
 def _periods(motor: Motor) -> list[float]:

@@ -11,6 +11,7 @@ from synchronisation.column_meaning import Column, column_meaning
 from synchronisation.column_units import TIME_SCALES
 from synchronisation.csv_cell import MOMENTS, not_a_number
 from synchronisation.log_contents import LogContents
+from synchronisation.row_order import rows_by_time
 from synchronisation.time_stamps import MAX_BURST_SHARE, burst_share
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
@@ -103,7 +104,8 @@ def _refuse_time_in_words(path: Path, contents: LogContents, *, other_time: bool
 
 
 def _grows(values: Array) -> bool:
-    return bool(np.all(np.isfinite(values)) and np.all(np.diff(values) >= 0) and values[-1] > values[0])
+    ordered = values[rows_by_time(values)]
+    return bool(np.all(np.isfinite(values)) and np.all(np.diff(ordered) >= 0) and ordered[-1] > ordered[0])
 
 
 def _even(values: Array) -> bool:

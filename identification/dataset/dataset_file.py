@@ -70,6 +70,7 @@ def read_dataset(path: str | Path, within: tuple[float, float] | None = None) ->
     """
     beyond = None if within is None else (within[0] - EDGE_S, within[1] + EDGE_S)
     file = joint_state.read(path, beyond)
+    file.refuse_faulty(path, *_TOPICS)
     needed = _NEEDED if file.lost else _TOPICS
     missing = [topic for topic in needed if topic not in file.logs]
     missing += [name for name, part in (("clock", file.metadata), ("neck.yaml", file.attached)) if name not in part]

@@ -27,8 +27,8 @@ class Series:
     def __len__(self) -> int:
         return len(self.time)
 
-    def part(self, rows: slice | NDArray[np.bool_]) -> "Series":
-        """Some of the rows."""
+    def part(self, rows: slice | NDArray[np.bool_] | NDArray[np.intp]) -> "Series":
+        """Some of the rows, in the order in which they are named."""
         return Series(self.time[rows], {name: values[rows] for name, values in self.columns.items()})
 
     def matrix(self, stem: str, suffix: str = "") -> Array:

@@ -4,9 +4,8 @@ Messages of a channel all have one size, so they are written as rows of one byte
 attachments come first in the file and the channels' messages interleave, so that a file that is cut off is a shorter recording.
 """
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +62,22 @@ class JointStateFile:
     attached: dict[str, bytes]
     lost: str
     """what is lost, in words; empty where the file is complete"""
+    faults: dict[str, str] = field(default_factory=dict)
+    """what is wrong with the messages of each topic that cannot be read: others are read all the same"""
+
+    def refuse_faulty(self, path: str | Path, *topics: str) -> None:
+        """Raises Refused where one of these topics cannot be read."""
+        for topic in topics:
+            if topic in self.faults:
+                raise Refused(path, *unreadable_topic(topic, self.faults[topic]))
+
+
+def unreadable_topic(topic: str, fault: str) -> tuple[str, str]:
+    """What to say where a topic is needed whose messages cannot be read."""
+    return (
+        f"topic /{topic}: cannot be read ({fault})",
+        "all its messages must be JointState, of the same joints, with a position of each",
+    )
 
 
 def write(
@@ -109,43 +124,46 @@ def read(path: str | Path, within: tuple[float, float] | None = None) -> JointSt
 
     within: first and last log time, s. Of a file with an index only the chunks are read that hold something between, so that rows
     beyond are among what is returned, but no more than a chunk's on either side.
-    Raises Refused where the file is missing, is something else, holds no JointState, or nothing of it can be read.
+    Raises Refused where the file is missing, is something else, holds no JointState, or nothing of it can be read. A topic whose
+    messages cannot be read is among `faults`, where there are others: whoever needs it refuses it.
     """
     path = Path(path)
     parts: dict[str, list[JointStateChannel]] = {}
+    faults: dict[str, str] = {}
 
     def take(name: str, topic: Topic) -> None:
-        with _joint_state(path, name):
+        if name in faults:
+            return
+        before = sum(len(part.time) for part in parts.get(name, ()))
+        try:
             if topic.encoding not in DECODERS:
-                raise ValueError(f"they are encoded as {topic.encoding!r}, expected cdr or json")
-            before = sum(len(part.time) for part in parts.get(name, ()))
+                raise ValueError(f"its messages are encoded as {topic.encoding!r}, expected cdr or json")
             parts.setdefault(name, []).append(DECODERS[topic.encoding](topic.messages, before))
+        except (ValueError, MemoryError) as error:
+            faults[name] = str(error)
+            parts.pop(name, None)
 
     between = None if within is None else (int(within[0] * 1e9), int(within[1] * 1e9) + 1)
     records = read_records(path, "JointState", take, between)
     logs = {}
     for name in list(parts):
-        with _joint_state(path, name):
+        try:
             logs[name] = joined(parts.pop(name))
-    times = {name: logs[name].time if name in logs else np.empty(0) for name in records.topics}
-    lost = loss_description(records, times)
+        except (ValueError, MemoryError) as error:
+            faults[name] = str(error)
+    readable = {name: topic for name, topic in records.topics.items() if name not in faults}
+    times = {name: logs[name].time if name in logs else np.empty(0) for name in readable}
+    lost = loss_description(replace(records, topics=readable), times)
+    file = JointStateFile(logs, records.metadata, records.attached, lost, faults)
     if not logs:
+        file.refuse_faulty(path, *faults)
         if lost:
             raise Refused(path, f"not one row of it can be read: {lost}", "copy it again, or record it again")
         only = f"topics {listed(records.others)}" if records.others else "no messages"
         raise Refused(path, f"holds no sensor_msgs/JointState, only {only}")
     if lost:
         warn_recovered(path, lost)
-    return JointStateFile(logs, records.metadata, records.attached, lost)
-
-
-@contextmanager
-def _joint_state(path: Path, name: str) -> Iterator[None]:
-    """Raises Refused where a topic's messages are something else."""
-    try:
-        yield
-    except (ValueError, MemoryError) as error:
-        raise Refused(path, f"topic /{name}: messages are not JointState ({error})") from error
+    return file
 
 
 def as_series(log: JointStateChannel) -> Series:

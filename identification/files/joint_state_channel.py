@@ -45,7 +45,8 @@ def check_lengths(joints: int, lengths: dict[str, int]) -> None:
         if length not in (0, joints):
             raise ValueError(f"{length} values of {word} for {joints} names")
     if not lengths["position"]:
-        raise ValueError("no positions")
+        others = [word for word, length in lengths.items() if length]
+        raise ValueError(f"holds no positions{', only ' * bool(others)}{listed(others)}")
 
 
 def joined(parts: Sequence[JointStateChannel]) -> JointStateChannel:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from identification.files.joint_state import JointStateFile
 from identification.files.joint_state_cdr import decode_cdr
 from identification.files.joint_state_channel import (
     NANOSECONDS,
@@ -27,10 +28,10 @@ _JOINT_STATE = "sensor_msgs/msg/JointState"
 """as rosbags calls it in bags of both kinds"""
 
 
-def read_bag(path: Path) -> dict[str, JointStateChannel]:
-    """The JointState topics of a bag, by their names without slash. Of ROS 2 name the .db3, with its metadata.yaml beside it.
+def read_bag(path: Path) -> JointStateFile:
+    """The JointState topics of a bag. Of ROS 2 name the .db3, with its metadata.yaml beside it.
 
-    Raises Refused where rosbags is missing, the bag is damaged, has several files, or holds no JointState.
+    Raises Refused where rosbags is missing, the bag is damaged, has several files, or holds no JointState that can be read.
     """
     check_input(path)
     with needs_extra("bags", "rosbags", path):
@@ -52,13 +53,15 @@ def read_bag(path: Path) -> dict[str, JointStateChannel]:
     if not messages:
         only = f"topics {listed(sorted(others))}" if others else "no messages"
         raise Refused(path, f"holds no sensor_msgs/JointState, only {only}")
-    found = {}
+    file = JointStateFile(logs={}, metadata={}, attached={}, lost="")
     for topic, raws in messages.items():
         try:
-            found[topic] = _decode_ros1(raws) if path.suffix.lower() == ".bag" else decode_cdr(raws, 0)
+            file.logs[topic] = _decode_ros1(raws) if path.suffix.lower() == ".bag" else decode_cdr(raws, 0)
         except (ValueError, SerdeError) as error:
-            raise Refused(path, f"topic /{topic}: messages are not JointState ({error})") from error
-    return found
+            file.faults[topic] = str(error)
+    if not file.logs:
+        file.refuse_faulty(path, *file.faults)
+    return file
 
 
 def _decode_ros1(messages: Sequence[bytes]) -> JointStateChannel:

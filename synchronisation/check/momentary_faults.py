@@ -22,18 +22,24 @@ EDGE_S = 1.0
 """s at both ends within which a step could not be told from the end (docs/thresholds.md)"""
 SLACK_S = 1.0
 """s that a slack cable's bump lasts (docs/thresholds.md)"""
+MIN_WOUND_M = 1e-6
+"""m: a cable that winds less has no counts to miss"""
 MAX_SLACK_SHARE = 0.5
 """of the arm's typical load: a cable can only have been slack where its tension fell below this (docs/thresholds.md)"""
 
 
 def missed_counts(observation: ElongationObservation) -> Iterator[FaultCandidate]:
-    """A share of the counts is lost while winding in, or while paying out: the measured travel drifts with the distance wound."""
+    """A share of the counts is lost while winding in, or while paying out: the measured travel drifts with the distance wound.
+
+    It is a slip in small pieces. What the law leaves of a healthy cable passes for as much rope as at once: by that, and not by the
+    share, an arm counts as healthy."""
     travel = np.diff(observation.theta, axis=0, prepend=observation.theta[:1]) * observation.arm.drum
     for wound in (np.maximum(travel, 0.0), np.minimum(travel, 0.0)):
         for j, cable in enumerate(np.eye(observation.arm.M)):
             # counts lost one way look like counts gained the other and a drum within its tolerance: none are gained
             signature = -np.cumsum(wound, axis=0) * cable
-            yield FaultCandidate("missed_counts", f"cable {j + 1}", "1", signature, smallest=0.0)
+            rope = max(float(np.abs(signature[-1]).sum()), MIN_WOUND_M)
+            yield FaultCandidate("missed_counts", f"cable {j + 1}", "1", signature, smallest=0.0, healthy_unit=1 / rope)
 
 
 def slips(observation: ElongationObservation, cable: int) -> Iterator[FaultCandidate]:

@@ -222,6 +222,7 @@ def _scored_together(fit: LawFit, candidates: Sequence[FaultCandidate]) -> list[
             scores.append(_unestimable(candidate, len(fit.blocks)))
             continue
         fault = FAULTS[candidate.fault]
+        healthy = fault.tolerance_with_baseline if fit.with_baseline else fault.tolerance
         scores.append(
             CandidateScore(
                 candidate=candidate,
@@ -230,7 +231,7 @@ def _scored_together(fit: LawFit, candidates: Sequence[FaultCandidate]) -> list[
                 gain=float(size[k] ** 2 * information[k]),
                 block_parts=parts[:, k] / spread[k],
                 prior_part=float(np.sqrt(by_prior[k] / variance[k])),
-                tolerance=fault.tolerance_with_baseline if fit.with_baseline else fault.tolerance,
+                tolerance=healthy * candidate.healthy_unit,
             )
         )
     return scores

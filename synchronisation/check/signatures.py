@@ -39,6 +39,8 @@ class FaultCandidate:
     """log time, s, of a fault that happens at one moment"""
     smallest: float = -np.inf
     """size below which it is not this fault"""
+    healthy_unit: float = 1.0
+    """size for one unit of what an arm may have and count as healthy, where that is not the unit of the size"""
     largest: float = np.inf
     """size beyond which it is not this fault: what is changed so much is another part, and a signature is of small changes"""
 

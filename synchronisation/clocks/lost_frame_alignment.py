@@ -240,12 +240,12 @@ def _check_plausible(fine: FineAlignment) -> None:
         raise ClockUndetermined(
             "sync",
             f"cables and arm would have the clocks run apart by {ppm:.0f} ppm, which no clock does",
-            "move faster and wider, or give both a light; are the frames' stamps true?",
+            "move faster and wider, or give both a light; are the stamps of frames and log true?",
         )
     residual = float(np.sqrt(np.mean(fine.fit.residual**2)))
     if residual > MAX_RESIDUAL_M:
         raise ClockUndetermined(
             "sync",
             f"{1e3 * residual:.1f} mm of the cables' lengths are left unexplained at best",
-            "is neck.yaml of this arm, with its signs and routes, and are the frames' stamps true?",
+            "is neck.yaml of this arm, with its signs and routes, and are the stamps of frames and log true?",
         )

@@ -27,8 +27,9 @@ MIN_LOSS_EVIDENCE = 300.0
 not known of cables at rest (docs/thresholds.md)"""
 MAX_FRAMES_PER_LOSS = 4
 """frames that one loss may take at most (docs/thresholds.md)"""
-MAX_AHEAD = 10
-"""counts above the cheapest one that are followed at a time (docs/thresholds.md)"""
+MAX_FROM_CHEAPEST = 10
+"""counts above and below the cheapest one that are followed at a time, as the cheapest may be mistaken for a while
+(docs/thresholds.md)"""
 MAX_FRAME_COST = 200.0
 """limit of one frame's cost, so that a wrong angle does not force a loss (docs/thresholds.md)"""
 SKEW_WINDOW_S = 5.0
@@ -36,7 +37,6 @@ SKEW_WINDOW_S = 5.0
 MIN_WINDOW_FRAMES = 30
 """frames that such a window needs"""
 _MAX_WINDOW_STEP_S = 0.02
-_BEHIND = 2  # counts below the cheapest one that are followed, as that may be mistaken
 _CHUNK_FRAMES = 30
 _IMPOSSIBLE = 1e9
 
@@ -95,14 +95,14 @@ def _viterbi(costs: _FrameCosts, order: Counts, sign: int) -> Counts:
     """The cheapest counts along `order` of frames, from 0 in steps of `sign`.
 
     The band of counts that are followed starts at `base` and moves with the cheapest one."""
-    states = sign * np.arange(-_BEHIND, MAX_AHEAD + 1)
+    states = sign * np.arange(-MAX_FROM_CHEAPEST, MAX_FROM_CHEAPEST + 1)
     loss_cost = np.array([0.0, *(LOSS_COST + NEXT_LOSS_COST * k for k in range(MAX_FRAMES_PER_LOSS))])
     base, cost = 0, np.where(states == 0, 0.0, _IMPOSSIBLE)
     # by how much the band moved, and for each state how many were lost before it; the latter empty where the band moved
     history: list[tuple[int, Counts]] = []
     for begin in range(0, len(order), _CHUNK_FRAMES):
         part = order[begin : begin + _CHUNK_FRAMES]
-        ahead = int(np.argmin(cost)) - _BEHIND
+        ahead = int(np.argmin(cost)) - MAX_FROM_CHEAPEST
         if ahead > 0:
             cost = np.concatenate([cost[ahead:], np.full(ahead, _IMPOSSIBLE)])
             history.append((ahead, np.zeros(0, dtype=np.int64)))

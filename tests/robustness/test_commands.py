@@ -135,11 +135,15 @@ def later(row: str, by: float) -> str:
     return f"{float(time) + by!r}{comma}{rest}"
 
 
+def at_time_of(one: str, other: str) -> str:
+    return ",".join([one.partition(",")[0], other.partition(",")[2]])
+
+
 ROWS: dict[str, tuple[Callable[[list[str]], list[str]], str]] = {
     "jumps ahead": (lambda rows: rows[:900] + [later(row, 1e9) for row in rows[900:]], r"time jumps by 1e\+09 s in row 902"),
     "jumps an hour": (lambda rows: rows[:900] + [later(row, 3600) for row in rows[900:]], r"forward in row 902, .* by an hour"),
     "jumps back": (lambda rows: rows[:900] + [later(row, -1) for row in rows[900:]], r"time jumps back in row 902"),
-    "stands still": (lambda rows: [*rows[:900], rows[899], *rows[900:]], r"time stands still in row 902"),
+    "stands still": (lambda rows: [*rows[:900], at_time_of(rows[899], rows[900]), *rows[901:]], r"time stands still in row 902"),
     "nanoseconds": (lambda rows: [later(row, 1.7e18) for row in rows], r"time (stands still|of 1\.7e\+18)"),
     "underscore": (lambda rows: [*rows[:9], rows[9].replace(",", ",1_", 1), *rows[10:]], r"column theta1: '1_.*' is not a number"),
     "infinite": (lambda rows: [*rows[:9], "0.018,inf" + ",0" * 7], r"theta1 is not a number in row 11"),

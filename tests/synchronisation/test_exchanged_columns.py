@@ -170,7 +170,15 @@ def test_a_frame_rate_that_a_tracker_was_told_wrongly_is_named(recording: tuple[
     what = f"frames are {told:g} a second by their times, and move as the log does only if they are 30; "
     with pytest.raises(Refused, match=re.escape(what)) as refusal:
         check_log_meaning(NECK, ARM, wrong, log)
-    assert str(refusal.value).endswith(f"multiply their times by {told / 30:.4g}")
+    assert f"if the camera took 30, multiply their times by {told / 30:.4g}; " in str(refusal.value)
+
+
+def test_a_log_rate_that_was_told_wrongly_is_thought_of_too(recording: tuple[Angles, Series]) -> None:
+    """Rows of 500 a second with the times of 1000: the camera alone was blamed."""
+    angles, log = recording
+    assert 1 / np.median(np.diff(log.time)) == pytest.approx(500)
+    with pytest.raises(Refused, match=r"are 500 a second and not 1000, multiply its times by 2$"):
+        check_log_meaning(NECK, ARM, angles, Series(log.time / 2, log.columns))
 
 
 def test_a_log_of_another_motion_is_of_no_other_frame_rate(recording: tuple[Angles, Series]) -> None:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from identification.files.joint_state_channel import JointStateChannel
-from synchronisation.encoder_log import motor_channel
 from synchronisation.log_contents import LogContents
 from synchronisation.log_mapping import map_log
+from synchronisation.log_words import contents_lines
+from synchronisation.motor_topic import motor_channel
 from tests.synchronisation.test_any_log import NECK, truth
 from xneck_foundation.errors import Refused
 from xneck_foundation.input_file import check_input
@@ -31,6 +32,28 @@ def test_efforts_in_another_topic_are_said_to_be_there() -> None:
     assert "/joint_states holds none, but /effort_commands holds efforts; one topic must hold both" in said
     alone = map_log(LOG, LogContents(topics={"joint_states": channel(False)}), NECK.M)
     assert "forces: the log holds none, so that nothing can be identified" in alone.doubts
+
+
+@pytest.mark.parametrize("joint", ["winch{}", "/joint_states/winch{}"])
+def test_a_topic_that_cannot_be_read_is_refused_only_where_it_is_needed(joint: str) -> None:
+    motors = tuple(m.model_copy(update={"joint": joint.format(j)}) for j, m in enumerate(NECK.motors, start=1))
+    neck, readable = NECK.model_copy(update={"motors": motors}), channel(True)
+    command = {"joint_command": "message 1: holds no positions, only effort"}
+    found = motor_channel({"joint_states": readable}, neck, LOG, command)
+    np.testing.assert_array_equal(found.matrix("theta"), readable.position)
+    states = {"joint_states": "the joints' names change on the way"}
+    with pytest.raises(Refused, match=r"joint_states.*cannot be read.*names change on the way"):
+        motor_channel({"gripper": JointStateChannel(("g",), np.arange(2.0), np.ones((2, 1)), None)}, neck, LOG, states)
+
+
+def test_efforts_in_a_topic_without_positions_are_said_to_be_there() -> None:
+    contents = LogContents(
+        topics={"joint_states": channel(False)}, faults={"cmd": "message 1: holds no positions, only effort"}
+    )
+    assert any(
+        "/cmd cannot be read: message 1: holds no positions, only effort" in d for d in map_log(LOG, contents, 4).doubts
+    )
+    assert "log.mcap: topic /cmd: cannot be read (message 1" in "\n".join(contents_lines(LOG, contents))
 
 
 def test_stamps_that_were_never_set_are_said_to_be_that() -> None:

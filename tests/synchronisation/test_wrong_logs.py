@@ -21,14 +21,16 @@ from samples.worlds.wrong_log import WrongLog, outcome_of
 from samples.worlds.wrong_logs import WRONG_LOGS
 from synchronisation.angles import Angles, read_angles
 from synchronisation.csv_table import read_table
-from synchronisation.encoder_log import read_log, uniformly_sampled
+from synchronisation.encoder_log import motor_log, read_log, uniformly_sampled
 from synchronisation.log_contents import read_contents
 from synchronisation.log_mapping import map_log
 from synchronisation.log_plausibility import check_log_meaning
 from synchronisation.log_units import theta_units, unit_of
 from synchronisation.long.recording_parts import even_rows
-from synchronisation.motor_counters import absurd_samples, unwrapped
+from synchronisation.motor_counters import absurd_samples, row_of_reset, unwrapped
 from tests.paths import SAMPLES
+from tests.synchronisation.test_any_log import NECK as ANY_NECK
+from tests.synchronisation.test_any_log import truth
 from xneck_foundation.errors import Refused
 from xneck_foundation.recovery import collected_recoveries
 
@@ -228,6 +230,33 @@ def test_arms_of_one_and_of_six_joints_are_not_doubted_but_where_units_are_wrong
             check(theta, f)
 
 
+@pytest.mark.parametrize("rows", [10, 50, 140])
+def test_rows_before_a_drive_found_its_zero_are_left_out(rows: int) -> None:
+    """Zeros, or the true motion from another zero: all motors leap in one row, whatever they count from."""
+    whole = truth()
+    for before in (0.0, whole.matrix("theta")[:rows] + np.array([3.0, -2.0, 5.0, 9.0])):
+        theta = whole.matrix("theta").copy()
+        theta[:rows] = before
+        with collected_recoveries() as said:
+            found = motor_log(
+                Series(whole.time, {**whole.columns, **numbered_columns("theta", theta)}), ANY_NECK, "log.csv"
+            )
+        np.testing.assert_array_equal(found.matrix("theta"), whole.matrix("theta")[rows:])
+        assert any(f"counters were set there; left out: {rows} rows before" in text for text in said)
+
+
+@pytest.mark.parametrize("case", ["sound", "one motor", "missing rows", "late"])
+def test_what_is_no_reset_of_all_counters_leaves_the_log_whole(case: str) -> None:
+    whole = truth()
+    theta = whole.matrix("theta").copy()
+    if case == "one motor":
+        theta[:50, 2] = 0.0
+    elif case == "late":
+        theta[:700] = 0.0
+    kept = np.delete(np.arange(len(whole)), slice(50, 80)) if case == "missing rows" else np.arange(len(whole))
+    assert row_of_reset(whole.time[kept], theta[kept]) == 0
+
+
 def test_a_counter_is_unwrapped_only_where_it_is_certain() -> None:
     motor = read_neck(SAMPLES / "recording/neck.yaml").motors[0]
     time = np.arange(0, 20, 0.002)
@@ -407,7 +436,7 @@ def test_rows_are_called_by_their_lines_in_the_file(tmp_path: Path) -> None:
     for wrong, says in (
         ("NULL,0,0,0,1", "row 1004, column time"),
         ("nan,0,0,0,1", "time is not finite in row 1004"),
-        (lines[999], "time stands still in row 1004"),
+        (f"{LINES[999]},0,9,1", "time stands still in row 1004"),
         (f"{LINES[1000]},nan,0,1", "theta2 is not a number in row 1004"),
         ("1,2", "row 1004 has 2 cells"),
     ):

@@ -5,6 +5,7 @@ import numpy as np
 from identification.dataset.series import Series, check_time
 from identification.dataset.time_unit import check_time_unit
 from synchronisation.clocks.log_gaps import repair_log
+from synchronisation.row_order import kept_rows
 from synchronisation.time_stamps import check_log_rate
 from xneck.watch.finding import Finding
 from xneck_foundation.errors import Refused
@@ -21,6 +22,7 @@ def time_finding(rows: Series, where: str) -> Finding | None:
     """Whether the time of a log's first rows is in seconds, increases, and often enough."""
     if len(rows) < MIN_ROWS:
         return None
+    rows = rows.part(kept_rows(rows))
     try:
         check_time_unit(rows.time, where, "rows")
         check_time(rows.time, where)
@@ -32,6 +34,7 @@ def time_finding(rows: Series, where: str) -> Finding | None:
 
 def gap_findings(rows: Series, after: float) -> list[Finding]:
     """Rows that are missing, or repeat one sample, in the newest part of a log; only gaps that begin after a time, s."""
+    rows = rows.part(kept_rows(rows))
     if len(rows) < MIN_ROWS or np.any(np.diff(rows.time) <= 0):
         return []
     findings = []

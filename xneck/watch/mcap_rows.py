@@ -14,7 +14,7 @@ from identification.files.joint_state_channel import JointStateChannel
 from identification.files.mcap_chunks import MAX_CHUNK_BYTES, PREFIX, records_in, unpacked_chunk
 from identification.files.mcap_index import DAMAGE_ERRORS, MAGIC
 from mechanism.description import Neck
-from synchronisation.encoder_log import motor_channel
+from synchronisation.motor_topic import motor_channel
 from xneck.watch.growing_file import GrowingFile
 from xneck_foundation.errors import Refused
 
@@ -36,6 +36,8 @@ class McapRows:
         self._counts: dict[str, int] = {}
         self._topics: dict[str, JointStateChannel] = {}
         """topics so far, without rows"""
+        self._faults: dict[str, str] = {}
+        """what is wrong with each topic that cannot be read"""
 
     def new(self) -> Series | None:
         """Rows that came since the last call, as the file has them; None where none did. Raises Refused as `read_log` does."""
@@ -91,14 +93,19 @@ class McapRows:
             return None
         logs = dict(self._topics)
         for name, messages in self._messages.items():
+            if name in self._faults:
+                continue
             before = self._counts.get(name, 0)
             try:
                 logs[name] = DECODERS[self._encodings[name]](messages, before)
             except (ValueError, MemoryError, struct.error) as error:
-                raise Refused(self._source.path, f"topic /{name}: messages are not JointState ({error})") from error
+                self._faults[name] = str(error)
+                logs.pop(name, None)
+                self._topics.pop(name, None)
+                continue
             self._counts[name] = before + len(messages)
             joints = len(logs[name].names)
             self._topics[name] = JointStateChannel(logs[name].names, np.empty(0), np.empty((0, joints)), None)
         self._messages.clear()
-        rows = motor_channel(logs, self._neck, self._source.path)
+        rows = motor_channel(logs, self._neck, self._source.path, self._faults)
         return rows if len(rows) else None

@@ -23,15 +23,16 @@ SAMPLE: dict[str, Any] = {
 }
 
 
-def saved(path: Path, encoding: str, *messages: bytes) -> Path:
-    """A file with these messages on one channel."""
+def saved(path: Path, encoding: str, *messages: bytes, **topics: list[bytes]) -> Path:
+    """A file with these messages on one channel, and with those of others."""
     with path.open("wb") as stream:
         writer = Writer(stream)
         writer.start()
         schema = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", joint_state.DEFINITION.encode())
-        channel = writer.register_channel("/joints", encoding, schema)
-        for k, message in enumerate(messages):
-            writer.add_message(channel, k, message, k)
+        for topic, its_messages in {"joints": list(messages), **topics}.items():
+            channel = writer.register_channel(f"/{topic}", encoding, schema)
+            for k, message in enumerate(its_messages):
+                writer.add_message(channel, k, message, k)
         writer.finish()
     return path
 
@@ -74,7 +75,7 @@ BROKEN_JSON: dict[str, tuple[bytes, str]] = {
     "fewer positions": (changed(position=[0.5]), "1 values of position for 2 names"),
     "more efforts": (changed(effort=[1, 2, 3]), "3 values of effort for 2 names"),
     "fewer velocities": (changed(velocity=[1]), "1 values of velocity for 2 names"),
-    "no positions": (changed(position=[]), "no positions"),
+    "no positions": (changed(position=[]), "holds no positions, only effort"),
     "no position": (changed(position=None), "no positions"),
     "null effort": (raw("[2.5, 3]", "null"), "effort is null, expected a list"),
     "null position": (raw("0.5", "null"), r"position\[0\] is null, expected a number"),
@@ -159,6 +160,26 @@ def test_cdr_that_is_no_joint_state_is_refused_for_what_is_wrong(case: str, tmp_
     file = saved(tmp_path / "log.mcap", "cdr", cdr(["m1", "m2"], [[3, 4], [], []]), message)
     with pytest.raises(Refused, match=rf"log\.mcap: topic /joints: .*({reason})"):
         joint_state.read(file)
+
+
+@pytest.mark.parametrize(
+    ("others", "why"),
+    [
+        ([cdr(["m1", "m2"], [[], [], [1, 2]])] * 5000, "message 1: holds no positions, only effort"),
+        ([cdr(["g"], [[1], [], []]), cdr(["h"], [[1], [], []])], "names change on the way, from g to h"),
+        ([cdr(["g"], [[1], [], []]), b"no message"], "message 2: begins with"),
+    ],
+    ids=["commands", "a gripper", "damage"],
+)
+def test_a_topic_that_cannot_be_read_hides_no_other(others: list[bytes], why: str, tmp_path: Path) -> None:
+    mine = [cdr(["m1", "m2"], [[0.5, -1.0], [], [2.5, 3.0]], sec=k) for k in range(5)]
+    file = joint_state.read(saved(tmp_path / "log.mcap", "cdr", *mine, others=others))
+    assert list(file.logs) == ["joints"]
+    assert (len(file.logs["joints"].time), file.lost) == (5, "")
+    assert why in file.faults["others"]
+    with pytest.raises(Refused, match=f"topic /others: cannot be read .*{why}"):
+        file.refuse_faulty("log.mcap", "joints", "others")
+    file.refuse_faulty("log.mcap", "joints")
 
 
 def test_another_encoding_is_named(tmp_path: Path) -> None:

@@ -90,6 +90,19 @@ def test_a_healthy_arm_is_not_blamed(kind: str, seed: int) -> None:
     assert (result.verdict, result.faults, usable(result.faults)) == ("consistent", (), True)
 
 
+def test_missed_counts_must_make_up_as_much_rope_as_a_slip() -> None:
+    """A share that is named in 60 s is a tenth of a millimetre in 15 s, as much as the law of a healthy cable leaves."""
+    seed = 73
+    made = clock_recording("everything", seed)
+    case = next(c for c in fault_cases(made, seed) if c.label.startswith("0.1 %"))
+    state, frames, sigma = inputs(made, case, seed)
+    (named,) = check_elongations(case.arm, state, frames, sigma).faults
+    assert (named["fault"], named["where"]) == case.fault
+    first, last = state.time[0] + 10, state.time[0] + 25
+    short = state.part((state.time >= first) & (state.time <= last))
+    assert not check_elongations(case.arm, short, frames.within(first, last), sigma).faults
+
+
 def test_without_a_baseline_a_small_offset_is_not_claimed(made: ClockRecording, cases: list[FaultCase]) -> None:
     case = next(c for c in cases if c.label.startswith("by 0.15 deg"))
     assert not check_elongations(case.arm, *inputs(made, case, SEED)).faults

@@ -51,3 +51,13 @@ def test_a_loss_in_motion_is_decoded() -> None:
     late = stamps >= 9.5
     count = decoded(stamps + PERIOD_S * late, stamps, np.zeros((360, 1)))
     assert np.array_equal(count - count[0], late.astype(int))
+
+
+@pytest.mark.parametrize("frames_late", [3, 6])
+def test_what_looks_late_for_a_while_feigns_no_loss(frames_late: int) -> None:
+    """For a second and a half cables are where they would be some frames later, and then they are not."""
+    stamps = PERIOD_S * np.arange(360)
+    for first in (4.0, 6.5):
+        passing = (stamps > first) & (stamps < first + 1.5)
+        late = winding(stamps + PERIOD_S * frames_late) - winding(stamps)
+        assert np.ptp(decoded(stamps, stamps, np.where(passing[:, None], late, 0.0))) == 0
