@@ -193,8 +193,8 @@ def _check_frame_rate(arm: Arm, time: Array, alpha: Array, log: Series) -> None:
         raise Refused(
             "sync",
             f"frames are {1 / step:.4g} a second by their times, and move as the log does only if they are {rate:g}",
-            f"if the camera took {rate:g}, multiply their times by {by:.4g}; if the log's rows are {rows * by:.4g} a second and not "
-            f"{rows:.4g}, multiply its times by {1 / by:.4g}",
+            f"if the camera took {rate:g}, multiply their times by {by:.4g}; "
+            f"if the log's rows are {rows * by:.4g} a second and not {rows:.4g}, multiply its times by {1 / by:.4g}",
         )
 
 
