@@ -60,7 +60,7 @@ def _warnings_of_skew(clock: ClockEstimate) -> Iterator[str]:
         apart = f"{1e6 * abs(clock.skew):.0f} +- {1e6 * clock.skew_sigma:.0f} ppm {'faster' if clock.skew > 0 else 'slower'}"
         yield (
             f"the log's clock runs {apart} than the camera's, and quartz keeps to less: was one of them slewed (NTP, PTP), "
-            "or are the frames' stamps those of a nominal rate?"
+            "or are the stamps of frames or log those of a nominal rate?"
         )
 
 
