@@ -42,7 +42,7 @@ MAX_SHARE_OF_OTHER_FORM = 0.1
 MIN_SHARE_BESIDE_UNKNOWN = 0.02
 """of all that is beyond noise: what a cause takes at least that takes less than is left (docs/thresholds.md)"""
 
-MAX_SHARE_CLEARED = 0.5
+MAX_SHARE_CLEARED = 0.1
 """of what an equation had above noise, that is left where a cause is said to clear it (docs/thresholds.md)"""
 
 SAME_SIGMAS = 3.0

@@ -119,8 +119,7 @@ def _causes_beside(
     fitter, named, last = search.fitter, beside.named, beside.last
     stage = fitter.fitted(found.stage.comparison.linearisation, (*beside.last.causes, *causes))
     # while the law's numbers stayed as they were found, causes may have made good for them
-    untold = [i for i in stage.untold if i < len(named)]
-    if 0 < len(untold) < len(named):
+    while 0 < len(untold := [i for i in stage.untold if i < len(named)]) < len(named):
         stage, last = fitted_without(fitter, stage, untold), fitted_without(beside.fitter, last, untold)
         named = tuple(cause for i, cause in enumerate(named) if i not in untold)
     fitter, stage = fitter.with_own_weights(stage)
