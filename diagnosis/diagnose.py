@@ -162,10 +162,18 @@ def diagnose(
     if found.taken_back:
         names = ", ".join(found.taken_back)
         why = "; ".join(filter(None, [why, f"{names} would explain more, but not on recordings that were not fitted"]))
-    if aside := stretches_in_words(found.stretches, len(recordings)):
-        why = "; ".join(filter(None, [why, f"something short outweighs all there, and is set aside: {aside}"]))
-    if aside := stretches_in_words(held.stretches, len(held_out)):
-        why = "; ".join(filter(None, [why, f"the same on recordings that were not fitted: {aside}"]))
+    aside = [
+        stretches_in_words(stretches, count) + of
+        for stretches, count, of in (
+            (found.stretches, len(recordings), ""),
+            (held.stretches, len(held_out), " of what was not fitted"),
+        )
+        if stretches
+    ]
+    if aside:
+        why = "; ".join(
+            filter(None, [why, f"set aside, as something short outweighs all there: {', and '.join(aside)}"])
+        )
     if stage.before_causes.held.motors:
         why = "; ".join(filter(None, [why, MOTORS_STICK]))
     return Diagnosis(

@@ -109,9 +109,9 @@ def test_a_cause_is_named_beside_pushes_that_outweigh_it(tmp_path: Path) -> None
         assert len(stretches) == 3  # as often as somebody pushes in less than 30 s
         assert sum(e["to_s"] - e["from_s"] for e in stretches) < seconds / 3
     assert found["something_remains"]
-    assert "something short outweighs all there" in found["why"]
+    assert "set aside, as something short outweighs all there: " in found["why"]
     page = (tmp_path / "out/diagnosis.html").read_text(encoding="utf-8")
-    assert "something short outweighs all there" in page
+    assert "set aside, as something short outweighs all there: " in page
 
 
 def test_moments_of_slack_are_told_in_12_s(tmp_path: Path) -> None:
