@@ -112,6 +112,9 @@ def test_a_cause_is_named_beside_pushes_that_outweigh_it(tmp_path: Path) -> None
     assert "set aside, as something short outweighs all there: " in found["why"]
     page = (tmp_path / "out/diagnosis.html").read_text(encoding="utf-8")
     assert "set aside, as something short outweighs all there: " in page
+    assert (
+        "Something unknown remains: something short and strong acts in stretches that were set aside, and joint" in page
+    )
 
 
 def test_moments_of_slack_are_told_in_12_s(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from diagnosis.cause_ranking import CauseCandidate
 from diagnosis.diagnose import Diagnosis, unlisted_law
 from diagnosis.held_out_gain import Gain
 from diagnosis.record import probability
+from diagnosis.remainder import plainly_left
 from diagnosis.simulated_gain import MEASURES
 from xneck.report.key_number import KeyNumber
 from xneck.report.number_text import number_text, percent, with_sigma
@@ -32,7 +33,7 @@ def diagnosis_sentence(d: Diagnosis) -> str:
         return f"Something is wrong that no known cause explains, and a law is found that it follows: {told}.{_gain_sentence(d)}"
     if d.verdict == "unknown":
         signed = signature_record.words(d.signature, d.extended.arm.M).replace("+-", "±")
-        told = unlisted_law(d.search, d.found_laws) or signed
+        told = signed if any(d.set_aside) else unlisted_law(d.search, d.found_laws) or signed
         return f"Something is wrong that no known cause explains: {told}.{_misfit_sentence(d)}"
     if d.verdict == "consistent":
         worst = int(d.before.ratio.argmax())
@@ -52,7 +53,16 @@ def diagnosis_sentence(d: Diagnosis) -> str:
     if d.verdict == "ambiguous":
         causes = f"One of these, and the data cannot tell which: {causes}"
     beside = f"; and a law that no catalogue lists acts {told}" if d.found_laws else ""
-    return f"{causes[0].upper()}{causes[1:]}{beside}.{_gain_sentence(d)}"
+    return f"{causes[0].upper()}{causes[1:]}{beside}.{_remains_sentence(d)}{_gain_sentence(d)}"
+
+
+def _remains_sentence(d: Diagnosis) -> str:
+    """What is left beside what is named, where that is plain."""
+    plain = plainly_left(d.remainder)
+    left = f"{plain[0].equation} is left with {plain[0].ratio:.1f} times noise" if plain else ""
+    short = "something short and strong acts in stretches that were set aside" if any(d.set_aside) else ""
+    said = ", and ".join(filter(None, [short, left]))
+    return f" Something unknown remains: {said}." if said and d.something_remains else ""
 
 
 def _place(cause: Cause) -> str:
