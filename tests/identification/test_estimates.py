@@ -200,7 +200,7 @@ def test_wrong_inputs_are_named(data: DataSet) -> None:
 )
 def test_forces_that_do_not_fit_are_no_lack_of_motion(data: DataSet, wrong: Any) -> None:
     with pytest.raises(
-        Refused, match=r"forces and motion do not fit: of the torque at joint \d .* N m are left.*units"
+        Refused, match=r"forces and motion do not fit: of the torque at joint \d .* N m are left.*unit, order"
     ):
         estimate([changed(data, ["f"], wrong)])
 
