@@ -70,7 +70,7 @@ def conditions(recordings: Sequence[RecordingLinearisation], channel: int) -> tu
     """Of a channel, counted from 0, the motors' before the joints'."""
     signals = [recording.signals for recording in recordings]
     motors = signals[0].arm.M
-    time = tuple(s.time[s.low_pass.kept] - s.time[0] for s in signals)
+    time = tuple(s.kept_time for s in signals)
     cable_tensions = [tensions(recording) for recording in recordings]
     if channel < motors:
         rate = [s.theta_d[:, channel] for s in signals]

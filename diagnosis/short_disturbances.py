@@ -13,7 +13,7 @@ from diagnosis.held_out_gain import HeldOutResiduals
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.noise_excess import NoiseExcess
 from diagnosis.remainder import MAX_REMAINDER
-from diagnosis.residual_episodes import Episode, RmsCourse, episode_share, episodes, rms_course
+from diagnosis.residual_episodes import Episode, episode_share, episodes, rms_course
 
 Array = NDArray[np.float64]
 
@@ -25,21 +25,13 @@ _MAX_IN_WORDS = 6
 
 def short_disturbances(stage: FitStage) -> tuple[Episode, ...]:
     """Of the fitted recordings, by what a stage leaves; none where that is not short."""
-    recordings = stage.comparison.linearisation.recordings
-    courses = [
-        rms_course(at.signals.kept_time, left, left, draws)
-        for at, left, draws in zip(recordings, stage.judged_residuals, stage.judged_noise, strict=True)
-    ]
-    return _stretches(courses, stage.excess)
+    times = [at.signals.kept_time for at in stage.comparison.linearisation.recordings]
+    return _stretches(times, stage.judged_residuals, stage.judged_noise, stage.excess)
 
 
 def short_disturbances_held_out(left: HeldOutResiduals, excess: NoiseExcess) -> tuple[Episode, ...]:
     """Of recordings that were not fitted; excess: of what is left there."""
-    courses = [
-        rms_course(time, residual, residual, draws)
-        for time, residual, draws in zip(left.times, left.residuals, left.noise, strict=True)
-    ]
-    return _stretches(courses, excess)
+    return _stretches(left.times, left.residuals, left.noise, excess)
 
 
 def set_aside(ensembles: Sequence[NoiseEnsemble], stretches: Sequence[Episode]) -> list[NoiseEnsemble]:
@@ -60,8 +52,13 @@ def stretches_in_words(stretches: Sequence[Episode], recordings: int) -> str:
     return ", ".join(times[:_MAX_IN_WORDS]) + rest
 
 
-def _stretches(courses: Sequence[RmsCourse], excess: NoiseExcess) -> tuple[Episode, ...]:
-    """Episodes of channels that are plainly above noise, with the windows beside them in which these have not ebbed away."""
+def _stretches(
+    times: Sequence[Array], residuals: Sequence[Array], noise: Sequence[Sequence[Array]], excess: NoiseExcess
+) -> tuple[Episode, ...]:
+    """Episodes of channels that are plainly above noise, with the windows beside them in which these have not ebbed away.
+
+    times: of each recording's rows, (S,), s; residuals: what is left of it, (C, S); noise: draws of noise alone, (C, S)."""
+    courses = [rms_course(t, left, left, draws) for t, left, draws in zip(times, residuals, noise, strict=True)]
     channels = [k for k, ratio in enumerate(excess.ratio) if ratio > MAX_REMAINDER and episode_share(courses, k)]
     if not channels:
         return ()
