@@ -114,6 +114,7 @@ def signals_of(data: DataSet, load_by_frames: bool = False) -> Signals:
     time = state.time
     alpha, alpha_d, alpha_dd = (state.matrix("alpha", suffix) for suffix in ("", "_d", "_dd"))
     theta, theta_d, theta_dd = (state.matrix("theta", suffix) for suffix in ("", "_d", "_dd"))
+    theta.flags.writeable = False  # functions of it are kept
     logged_f = state.matrix("f")
     # a logged force holds from its row on
     f = np.concatenate([logged_f[:1], (logged_f[:-1] + logged_f[1:]) / 2])

@@ -16,6 +16,7 @@ import numpy as np
 from discovery.form import Constants, Form, Kind, forms_of
 from mechanism.arm import Arm, Array
 from mechanism.friction import dry, turned_over
+from mechanism.kept_by_array import KeptByArray
 from mechanism.laws.law import CableMotion, JointMotion, Law, MotorMotion, Part, Term, Values
 
 Acts = Literal["motor", "encoder", "cable", "joint"]
@@ -206,8 +207,7 @@ class UnlistedLaw(Law):
 
     def friction(self, p: Values, at: MotorMotion) -> Array:
         if self.variable.winds and at.arm is not None:
-            wound = Winding.of(self.variable, lambda x: self._made(p, x), at.theta, at.arm)
-            return wound.share_of_tension * at.tension
+            return self._winding(p, at.theta, at.arm).share_of_tension * at.tension
         if self.variable.misreads and at.arm is not None:
             return self._misreading(p, at.theta).friction(at.force - at.tension, rubbing(p), at.theta_d, at.arm)
         if self.variable.acts != "motor":
@@ -225,7 +225,7 @@ class UnlistedLaw(Law):
             return np.zeros(())
         if not self.variable.winds:
             return self._made(p, _OF_CABLE[self.variable.name](at))
-        wound = Winding.of(self.variable, lambda x: self._made(p, x), at.theta, at.arm)
+        wound = self._winding(p, at.theta, at.arm)
         return p["k"] * wound.longer + p["ca"] * wound.share_of_tension * at.travel_d
 
     def resistance(self, p: Values, at: JointMotion) -> Array:
@@ -237,16 +237,25 @@ class UnlistedLaw(Law):
         made = made * _OF_JOINT[self.variable.factor](at) if self.variable.factor else made
         return self.variable.at_joints(made, at.alpha, at.joint_axis)
 
+    def _winding(self, p: Values, theta: Array, arm: Arm) -> "Winding":
+        """By the angles to which motors have turned; what measured ones come to for an amount of 1 is computed once."""
+        amounts, constants = self._numbers(p)
+        if theta.flags.writeable or not _are_of_places(amounts, constants, theta):
+            return Winding.of(self.variable, lambda x: self._made(p, x), theta, arm)
+        numbers = (arm.gear, arm.drum, *constants.values())
+        key = (self.variable.name, self.form.name, *(number.tobytes() for number in numbers))
+        of_ones = _WINDINGS.get(
+            theta, key, lambda: Winding.of(self.variable, lambda x: self._functions(x, constants), theta, arm)
+        )
+        return of_ones.with_amounts(amounts)
+
     def _misreading(self, p: Values, theta: Array) -> "Misreading":
         """By the angles to which motors have turned, theta less what is read too much."""
         return Misreading.of(lambda x: self._made(p, x - self._made(p, x)), theta)
 
     def _made(self, p: Values, x: Array) -> Array:
-        # arrays that broadcast, as numbers do
-        constants = cast(Constants, {name: p[self.term_name(name)] for name in self.form.constants})
-        amounts = [p[self.term_name(a)] for a in self.form.amounts]
-        # as many numbers as places, and places last: several machines at once have theirs before
-        of_places = all(a.shape == x.shape[-1:] for a in amounts) and all(np.size(c) == 1 for c in constants.values())
+        amounts, constants = self._numbers(p)
+        of_places = _are_of_places(amounts, constants, x)
         # a law mostly acts at one place, and columns of all would be most of a fit's time
         at = np.flatnonzero(np.any(amounts, axis=0)) if of_places else np.empty(0, dtype=np.intp)
         if len(at) == 0 or len(at) == x.shape[-1]:
@@ -256,9 +265,20 @@ class UnlistedLaw(Law):
         out[..., at] = made
         return out
 
+    def _numbers(self, p: Values) -> tuple[list[Array], Constants]:
+        """Amounts and inner constants."""
+        # arrays that broadcast, as numbers do
+        constants = cast(Constants, {name: p[self.term_name(name)] for name in self.form.constants})
+        return [p[self.term_name(a)] for a in self.form.amounts], constants
+
     def _sum(self, amounts: Sequence[Array], constants: Constants, x: Array) -> Array:
         columns = self.form.columns(x, constants)
         return sum((a * columns[..., i] for i, a in enumerate(amounts)), np.zeros(()))
+
+    def _functions(self, x: Array, constants: Constants) -> Array:
+        """The form's columns as an axis before those of x (T, M), time last in memory, as recordings have it."""
+        columns = np.moveaxis(self.form.columns(x, constants), -1, 0)
+        return np.ascontiguousarray(columns.swapaxes(-1, -2)).swapaxes(-1, -2)
 
     def _term(self, name: str) -> Term:
         unit = self.form.unit(name, self.variable.unit_of_law, self.variable.unit)
@@ -269,6 +289,15 @@ class UnlistedLaw(Law):
         low = -np.inf if is_place else 1e-6
         size = 0.1 if is_place else 1.0
         return Term(self.term_name(name), unit, low=low, high=np.inf, size=size, of="arm", linear=False)
+
+
+_WINDINGS = KeptByArray["Winding"]()
+"""of measured angles"""
+
+
+def _are_of_places(amounts: Sequence[Array], constants: Constants, x: Array) -> bool:
+    """Whether there are as many amounts as places, and places are last: several machines at once have theirs before."""
+    return all(a.shape == x.shape[-1:] for a in amounts) and all(np.size(c) == 1 for c in constants.values())
 
 
 @dataclass(frozen=True)
@@ -287,6 +316,11 @@ class Winding:
         angle = theta / gear
         slope = (function(angle + _ANGLE_STEP) - function(angle - _ANGLE_STEP)) / (2 * _ANGLE_STEP)
         return cls(function(angle), slope / (gear * arm.drum))
+
+    def with_amounts(self, amounts: Sequence[Array]) -> "Winding":
+        """The sum of functions that are an axis before the others, with an amount (M,) of each."""
+        each = (self.longer, self.share_of_tension)
+        return Winding(*(sum((a * f for a, f in zip(amounts, of, strict=True)), np.zeros(())) for of in each))
 
 
 @dataclass(frozen=True)
