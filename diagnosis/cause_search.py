@@ -45,6 +45,9 @@ MIN_SHARE_BESIDE_UNKNOWN = 0.02
 MAX_SHARE_CLEARED = 0.1
 """of what an equation had above noise, that is left where a cause is said to clear it (docs/thresholds.md)"""
 
+MAX_TIMES_LEFT = 10.0
+"""times the noise, and what another explanation leaves beyond it: causes that leave more are not looked at further (docs/thresholds.md)"""
+
 SAME_SIGMAS = 3.0
 """standard deviations within which a motor's gain is that of its drum (docs/thresholds.md)"""
 
@@ -106,12 +109,15 @@ class Search:
         return replace(self, named=named, last=last, unlisted=_unlisted(last, self.fitter.whiten, self.free_fits))
 
 
-def search_causes(h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0) -> Search:
+def search_causes(
+    h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0, rival: NoiseExcess | None = None
+) -> Search:
     """Causes beyond a hypothesis in recordings of one arm. Raises Refused where a motor stands still.
 
+    rival: what another explanation leaves, if there is one: causes that leave far more are as good as none.
     Where they hold a gain of the motors that drums would make, within their tolerance or as far off as they are found to be, forces
     are taken to be torques over the described drums, and causes are sought again from the others on."""
-    search = _search(h, ensembles, seed)
+    search = _search(h, ensembles, seed, rival=rival)
     of_drums = [] if h.forces_as_drums else _of_drums(search.last, h)
     if not of_drums:
         return search
@@ -142,8 +148,9 @@ def _search(
     ensembles: Sequence[NoiseEnsemble],
     seed: int,
     begin: tuple[Linearisation, tuple[Cause, ...]] | None = None,
+    rival: NoiseExcess | None = None,
 ) -> Search:
-    """begin: causes that the choice begins with, and where they stand; else none."""
+    """begin: causes that the choice begins with, and where they stand; else none. rival: as `search_causes`."""
     fitter = CauseFitter(h, ensembles)
     fitter, first = fitter.redrawn(fitter.base_model())
     every_effect = with_effects(first, fitter.whiten)
@@ -158,6 +165,8 @@ def _search(
         fitter, begun = fitter.with_own_weights(fitter.fitted(*begin))
         beside = with_effects(begun, fitter.whiten)
     fitter, last = with_all_causes(fitter, begun, beside, free_fits, seed)
+    if rival is not None and last.excess.energy > MAX_TIMES_LEFT * (rival.energy + len(rival.ratio)):
+        return Search(first, first, (), every_effect, tuple(ranked), fitter, None, free_fits)
     outweighed: FitStage | None = None
     knows_a_law = any(isinstance(law_named(name), UnlistedLaw) for name in h.laws)
     if not knows_a_law and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten, free_fits):

@@ -113,7 +113,7 @@ def _causes_beside(
 ) -> Explanation | None:
     """Causes beside some of the laws that were found, where they are others than a search has and leave no more than all laws."""
     causes = [found.stage.causes[len(search.last.causes) + i] for i in held]
-    beside = search_causes(with_causes(found.stage.before_causes, causes), recordings, seed)
+    beside = search_causes(with_causes(found.stage.before_causes, causes), recordings, seed, found.stage.excess)
     if _names(beside) == _names(search) or not beside.last.possible:
         return None
     fitter, named, last = search.fitter, beside.named, beside.last

@@ -35,7 +35,9 @@ _MIN_LOSS_GAIN, MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
 _NEARER_SHARE = 0.3
 """of what a straight step promised: what is promised after a good one"""
 _PATIENCE = 6
-"""steps of a round in which the least loss may stay as it is: more go round in circles"""
+"""steps of a round in which the least loss may stay as it is, but for a small share of what is promised: more go round in circles"""
+_KEPT_PROMISE = 0.05
+"""of what a straight step promised: where steps take less again and again, the loss is not what straight steps see"""
 _LOST = 1.5
 """times the least loss of a round: one that ends there has lost its way"""
 _FIRST_DAMPING, _MAX_DAMPING = 1e-3, 10.0
@@ -114,8 +116,9 @@ class Descent:
                     candidate, stepped, gain = settled, so_far, _gain(settled, current)
             candidate = with_whole_causes(candidate, stepped)
             if gain > 0 or _is_nearer(candidate, current):
+                worth = max(_MIN_LOSS_GAIN * best[0].profiled_loss, _KEPT_PROMISE * current.promised)
                 current, causes = candidate, stepped
-                if current.profiled_loss < (1 - _MIN_LOSS_GAIN) * best[0].profiled_loss:
+                if current.profiled_loss < best[0].profiled_loss - worth:
                     idle = 0
                 best = min(best, (current, causes), key=lambda at: at[0].profiled_loss)
                 last_damping = damping

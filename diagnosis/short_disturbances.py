@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 
 _EBB = 2.0
 """times the usual residual of a channel, down to which a stretch reaches beyond its episode (docs/thresholds.md)"""
+_MAX_TIME_SHARE = 0.2
+"""of the time, that stretches take at most which are set aside: more of them are of what a motion does again and again, as it turns over
+(docs/thresholds.md)"""
 _MAX_IN_WORDS = 6
 """that a sentence lists"""
 
@@ -73,7 +76,9 @@ def _stretches(
         while last < len(is_high) - 1 and is_high[last + 1]:
             last += 1
         out.append(Episode(episode.recording, float(c.window_starts[first]), float(c.window_starts[last] + c.window_s)))
-    return _joined(out)
+    stretches = _joined(out)
+    time = sum(len(c.window_starts) * c.window_s for c in courses)
+    return stretches if sum(e.end - e.begin for e in stretches) <= _MAX_TIME_SHARE * time else ()
 
 
 def _joined(stretches: Sequence[Episode]) -> tuple[Episode, ...]:

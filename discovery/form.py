@@ -117,7 +117,12 @@ def _with_overtone(x: Array, c: Constants) -> Array:
 
 
 def _smooth_on_turn(x: Array, c: Constants) -> Array:
-    return _stack(*(wave(n * x) for wave in (np.cos, np.sin) for n in range(1, SMOOTH_HARMONICS + 1)))
+    cosines, sines = [np.cos(x)], [np.sin(x)]
+    while len(cosines) < SMOOTH_HARMONICS:  # products are sooner made than waves
+        cosine, sine = cosines[-1], sines[-1]
+        cosines.append(cosine * cosines[0] - sine * sines[0])
+        sines.append(sine * cosines[0] + cosine * sines[0])
+    return _stack(*cosines, *sines)
 
 
 def _bump(x: Array, c: Constants) -> Array:
