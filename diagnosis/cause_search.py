@@ -46,7 +46,8 @@ MAX_SHARE_CLEARED = 0.1
 """of what an equation had above noise, that is left where a cause is said to clear it (docs/thresholds.md)"""
 
 MAX_TIMES_LEFT = 10.0
-"""times the noise, and what another explanation leaves beyond it: causes that leave more are not looked at further (docs/thresholds.md)"""
+"""times the noise, and what another explanation leaves beyond it: causes that leave more are not looked at further
+(docs/thresholds.md)"""
 
 SAME_SIGMAS = 3.0
 """standard deviations within which a motor's gain is that of its drum (docs/thresholds.md)"""

@@ -4,8 +4,10 @@ Where such a law acts no choice of causes is right: some stand in for it, and wh
 causes are sought anew beside it, and all is fitted together.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from diagnosis.cause import with_causes
 from diagnosis.cause_fit import fitted_without
@@ -15,12 +17,24 @@ from diagnosis.held_out_gain import HeldOutResiduals, held_out_residuals
 from diagnosis.law_gains import GainedLaw, LawGains, law_gains
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.remainder import leaves_plainly_more
+from diagnosis.shown_by import FORCE, JOINT_ANGLE, JOINT_SPEED, MOTOR_SPEED, TENSION, ShownBy
 from diagnosis.unlisted_laws import as_fitted
 from diagnosis.worth_naming import MIN_LOSS_SHARE
 from discovery.form import SMOOTH
 
 MAX_SHARE_LEFT = 0.5
 """of what stands above noise: laws found in the place of causes leave no more of it, else the causes stay (docs/thresholds.md)"""
+
+_VARIABLES: Mapping[str, ShownBy] = {
+    "force": FORCE,
+    "tension": TENSION,
+    "motor_speed": MOTOR_SPEED,
+    "joint_angle": JOINT_ANGLE,
+    "joint_speed": JOINT_SPEED,
+}
+"""of laws, that causes are functions of as well"""
+_AT_LEAST = 1e-6
+"""of an amount's size, within which it is the least that it may be"""
 
 
 @dataclass(frozen=True)
@@ -41,6 +55,24 @@ class Explanation:
         first_law = len(self.stage.causes) - len(self.laws)
         return all(i < first_law for i in self.stage.untold_beside_what_is_left)
 
+    @property
+    def number_count(self) -> int:
+        """Of the causes and the laws."""
+        return sum(cause.number_count for cause in self.stage.causes)
+
+    @property
+    def may_be_one_law(self) -> bool:
+        """Whether the only cause has as little of something as it may, as dry friction that pushes, and a law is of its variable.
+
+        Both may stand for one law of another form."""
+        if len(self.search.named) != 1:
+            return False
+        cause = self.stage.causes[0]
+        has_least = bool(np.any(cause.least_steps(self.stage.before_causes.arm) > -_AT_LEAST))
+        return has_least and any(
+            _VARIABLES.get(each.law.candidate.variable) is cause.effect.shown_by for each in self.laws
+        )
+
 
 def with_laws(
     search: Search,
@@ -54,6 +86,12 @@ def with_laws(
     left: what the search leaves of `others`, which were not fitted, if there are any; recordings: those that were."""
     best = _beside_causes(search, left, recordings, seed, others)
     best = best if best.is_sound else Explanation(search, (), search.last)
+    if best.may_be_one_law and not leaves_plainly_more(best.stage.excess):
+        alone = search.without_causes()
+        instead = _beside_causes(alone, _left_of(alone, others), recordings, seed, others)
+        explains_as_well = instead.is_sound and not leaves_plainly_more(instead.stage.excess)
+        if explains_as_well and instead.number_count < best.number_count:
+            return instead
     if search.named and search.last.excess.share_of(search.first.excess) < MAX_SHARE_OF_OTHER_FORM:
         return best  # no other causes, or none, would be right
     tried = _with_other_causes(search)  # each is fitted when it is asked for

@@ -35,7 +35,7 @@ _MIN_LOSS_GAIN, MIN_LOSS_GAIN_FAR = 1e-3, 1e-2
 _NEARER_SHARE = 0.3
 """of what a straight step promised: what is promised after a good one"""
 _PATIENCE = 6
-"""steps of a round in which the least loss may stay as it is, but for a small share of what is promised: more go round in circles"""
+"""steps of a round in which the least loss may stay as it is, but for a little of what is promised: more go round in circles"""
 _KEPT_PROMISE = 0.05
 """of what a straight step promised: where steps take less again and again, the loss is not what straight steps see"""
 _LOST = 1.5

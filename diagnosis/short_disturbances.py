@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 _EBB = 2.0
 """times the usual residual of a channel, down to which a stretch reaches beyond its episode (docs/thresholds.md)"""
 _MAX_TIME_SHARE = 0.2
-"""of the time, that stretches take at most which are set aside: more of them are of what a motion does again and again, as it turns over
+"""of the time, that stretches take at most which are set aside: more are of what a motion does again and again
 (docs/thresholds.md)"""
 _MAX_IN_WORDS = 6
 """that a sentence lists"""

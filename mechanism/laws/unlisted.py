@@ -242,7 +242,7 @@ class UnlistedLaw(Law):
         amounts, constants = self._numbers(p)
         if theta.flags.writeable or not _are_of_places(amounts, constants, theta):
             return Winding.of(self.variable, lambda x: self._made(p, x), theta, arm)
-        numbers = (arm.gear, arm.drum, *constants.values())
+        numbers = (arm.gear, arm.drum, *(np.asarray(c) for c in constants.values()))
         key = (self.variable.name, self.form.name, *(number.tobytes() for number in numbers))
         of_ones = _WINDINGS.get(
             theta, key, lambda: Winding.of(self.variable, lambda x: self._functions(x, constants), theta, arm)
