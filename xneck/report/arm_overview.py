@@ -39,6 +39,8 @@ _CALLOUTS, _ERRORS = 1.5, 1.5
 """in: room for them on either side of the arm"""
 _LEFT, _RIGHT, _BOTTOM, _TOP = 0.62, 0.05, 0.1, 0.3
 """in: margins"""
+_HALF_NUMBER = 0.2
+"""in: of the last number below an axis, which stands beyond its end by half"""
 
 
 @dataclass(frozen=True)
@@ -182,7 +184,7 @@ def _draw_errors(axes: RecordedAxes, drawn: DrawnArm, error: ArmError, is_extend
 
 def _worst_pose_panel(arm: Arm, worst: WorstPose, is_extended: bool) -> SvgPanel:
     figure = Figure(figsize=(style.WIDTH, _HEIGHT))
-    width, height = style.WIDTH - 0.68 - _RIGHT, _HEIGHT - 0.46 - _TOP
+    width, height = style.WIDTH - 0.68 - _HALF_NUMBER, _HEIGHT - 0.46 - _TOP
     axes = RecordedAxes(figure, (0.68 / style.WIDTH, 0.46 / _HEIGHT, width / style.WIDTH, height / _HEIGHT))
     axes.yaxis.set_label_coords((0.16 - 0.68) / width, 0.5)
     _draw_pose(axes, "as measured", arm, worst.measured, style.UNDERLAY, 4.0)
