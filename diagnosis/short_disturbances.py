@@ -13,15 +13,12 @@ from diagnosis.held_out_gain import HeldOutResiduals
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.noise_excess import NoiseExcess
 from diagnosis.remainder import MAX_REMAINDER
-from diagnosis.residual_episodes import Episode, episode_share, episodes, rms_course
+from diagnosis.residual_episodes import MAX_TIME_SHARE, Episode, episode_share, episodes, rms_course
 
 Array = NDArray[np.float64]
 
 _EBB = 2.0
 """times the usual residual of a channel, down to which a stretch reaches beyond its episode (docs/thresholds.md)"""
-_MAX_TIME_SHARE = 0.2
-"""of the time, that stretches take at most which are set aside: more are of what a motion does again and again
-(docs/thresholds.md)"""
 _MAX_IN_WORDS = 6
 """that a sentence lists"""
 
@@ -78,7 +75,7 @@ def _stretches(
         out.append(Episode(episode.recording, float(c.window_starts[first]), float(c.window_starts[last] + c.window_s)))
     stretches = _joined(out)
     time = sum(len(c.window_starts) * c.window_s for c in courses)
-    return stretches if sum(e.end - e.begin for e in stretches) <= _MAX_TIME_SHARE * time else ()
+    return stretches if sum(e.end - e.begin for e in stretches) <= MAX_TIME_SHARE * time else ()
 
 
 def _joined(stretches: Sequence[Episode]) -> tuple[Episode, ...]:
