@@ -19,9 +19,14 @@ class KeptByArray(Generic[T]):
     def __init__(self) -> None:
         self._kept: dict[int, tuple[weakref.ref[NDArray[np.float64]], dict[Hashable, T]]] = {}
 
+    @staticmethod
+    def keeps(array: object) -> bool:
+        """Whether it is an array that nobody may write to, and none that equations are traced by."""
+        return isinstance(array, np.ndarray) and not array.flags.writeable
+
     def get(self, array: NDArray[np.float64], key: Hashable, make: Callable[[], T]) -> T:
         """What `make` returns for this array and key, made once."""
-        if array.flags.writeable:
+        if not self.keeps(array):
             return make()
         number = id(array)
         if number not in self._kept:

@@ -240,7 +240,7 @@ class UnlistedLaw(Law):
     def _winding(self, p: Values, theta: Array, arm: Arm) -> "Winding":
         """By the angles to which motors have turned; what measured ones come to for an amount of 1 is computed once."""
         amounts, constants = self._numbers(p)
-        if theta.flags.writeable or not _are_of_places(amounts, constants, theta):
+        if not (_WINDINGS.keeps(theta) and _are_of_places(amounts, constants, theta)):
             return Winding.of(self.variable, lambda x: self._made(p, x), theta, arm)
         numbers = (arm.gear, arm.drum, *(np.asarray(c) for c in constants.values()))
         key = (self.variable.name, self.form.name, *(number.tobytes() for number in numbers))
