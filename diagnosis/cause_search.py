@@ -166,8 +166,9 @@ def _search(
         fitter, begun = fitter.with_own_weights(fitter.fitted(*begin))
         beside = with_effects(begun, fitter.whiten)
     fitter, last = with_all_causes(fitter, begun, beside, free_fits, seed)
+    nothing = Search(first, first, (), every_effect, tuple(ranked), fitter, unlisted=None, free_fits=free_fits)
     if rival is not None and last.excess.energy > MAX_TIMES_LEFT * (rival.energy + len(rival.ratio)):
-        return Search(first, first, (), every_effect, tuple(ranked), fitter, None, free_fits)
+        return nothing
     outweighed: FitStage | None = None
     knows_a_law = any(isinstance(law_named(name), UnlistedLaw) for name in h.laws)
     if not knows_a_law and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten, free_fits):
@@ -190,15 +191,12 @@ def _search(
         untold = len(last.untold_beside_what_is_left) == len(causes)
         if leaves_plainly_more(last.excess) and untold and not explain_most:
             causes, last = (), first  # they stand in for something else
-    return Search(
-        first=first,
+    return replace(
+        nothing,
         last=last,
         named=causes,
-        every_effect=every_effect,
-        ranking=tuple(ranked),
         fitter=fitter,
         unlisted=_unlisted(last, fitter.whiten, free_fits),
-        free_fits=free_fits,
         outweighed=outweighed,
     )
 

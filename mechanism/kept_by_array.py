@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 
 T = TypeVar("T")
 
+MOST_OF_ONE = 8
+"""results of one array that are kept: inner constants that are fitted ask for others at every step"""
+
 
 class KeptByArray(Generic[T]):
     """Results by array and key. Of an array that may be written to nothing is kept."""
@@ -34,8 +37,10 @@ class KeptByArray(Generic[T]):
             self._kept[number] = weakref.ref(array, lambda _: self._kept.pop(number, None)), {}
         results = self._kept[number][1]
         if key not in results:
+            if len(results) == MOST_OF_ONE:
+                results.clear()
             results[key] = make()
         return results[key]
 
     def __len__(self) -> int:
-        return len(self._kept)
+        return sum(len(results) for _, results in self._kept.values())

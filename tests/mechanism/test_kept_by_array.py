@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mechanism.kept_by_array import KeptByArray
+from mechanism.kept_by_array import MOST_OF_ONE, KeptByArray
 from mechanism.laws import CableMotion, law_named
 from tests.mechanism.test_simulation import ARM, VALUES
 
@@ -20,6 +20,16 @@ def test_it_is_made_once_for_an_array_and_a_key() -> None:
         return str(len(made))
 
     assert [kept.get(array, key, make) for key in ("a", "a", "b", "a")] == ["1", "1", "2", "1"]
+
+
+def test_keys_that_change_at_every_step_do_not_fill_memory() -> None:
+    kept, array = KeptByArray[int](), np.arange(3.0)
+    array.flags.writeable = False
+    sizes = []
+    for step in range(100):
+        assert kept.get(array, step, lambda step=step: step) == step
+        sizes.append(len(kept))
+    assert max(sizes) == MOST_OF_ONE
 
 
 def test_nothing_is_kept_of_an_array_that_may_change() -> None:
