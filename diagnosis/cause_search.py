@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.cause import Cause
-from diagnosis.cause_choice import with_all_causes
+from diagnosis.cause_choice import ANEW_SHARE, with_all_causes
 from diagnosis.cause_fit import CauseFitter, fitted_without
 from diagnosis.cause_ranking import CauseCandidate, rank
 from diagnosis.comparison import Comparison
@@ -250,8 +250,10 @@ def _is_cleared(before: NoiseExcess, after: NoiseExcess) -> bool:
 def _without_untold(fitter: CauseFitter, stage: FitStage) -> FitStage | None:
     """The fit without causes that the recordings do not tell from nothing, if others stay; None where there is none of them.
 
-    Beside a law whose noise is not white they may take a part of the loss all the same."""
+    Beside a law whose noise is not white they may take a part of the loss all the same. But where the others leave plainly more,
+    and far more than with them, only how much there is of each of their numbers is not told."""
     if not 0 < len(stage.untold) < len(stage.causes):
         return None
     without = fitted_without(fitter, stage, stage.untold)
-    return without if without.possible else None
+    needed = leaves_plainly_more(without.excess) and stage.excess.share_of(without.excess) < ANEW_SHARE
+    return without if without.possible and not needed else None

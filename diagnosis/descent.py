@@ -22,7 +22,7 @@ _MAX_ROUNDS, _MAX_STEPS, _FIRST_STEPS = 3, 24, 6
 """of steps, steps of a round, and steps of one that only brings the laws near enough to tell speeds by"""
 _MIN_CLOCK_STEP_S = 1e-4
 """s: up to which frames need not be read anew, for what they show changes in proportion"""
-_MIN_PROMISE, _MIN_PROMISE_SHARE = 2.0, 1e-3
+_MIN_PROMISE, _MIN_PROMISE_SHARE = 2.0, 1e-2
 """of the loss, and of what of it is beyond noise: a step that promises less is not taken, for the fit ends with a straight one"""
 _SHORT_GAIN = 0.5
 """of what a straight step promised: where it took less, shapes may have gone ahead of all else"""

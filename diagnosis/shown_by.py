@@ -108,6 +108,7 @@ def _lean(recording: RecordingLinearisation, place: int) -> Array:
 
 
 MOTOR_SPEED = ShownBy("motor", "speed", "rad/s", _filtered(lambda r: r.signals.theta_d))
+MOTOR_ACCELERATION = ShownBy("motor", "acceleration", "rad/s^2", _filtered(lambda r: r.signals.theta_dd))
 FORCE = ShownBy("motor", "force", "N", _filtered(lambda r: r.signals.f))
 FORCE_RATE = ShownBy("motor", "rate of the force", "N/s", _filtered(_force_rate))
 TENSION = ShownBy("motor", "tension", "N", _tension)

@@ -5,14 +5,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mechanism.affine_steps import accumulated
+from mechanism.affine_steps import accumulated, accumulated_within
 from mechanism.laws import CableMotion
 from mechanism.machine import Machine
 
 Array = NDArray[np.float64]
-
-_MIN_DECAY = 1e-300
-"""of a state over a step: zero times an infinite bound would not be a number"""
 
 
 def pull_memory(machine: Machine, at: CableMotion, step: float) -> Array:
@@ -41,16 +38,19 @@ def cables_remember(machine: Machine) -> bool:
 def memory_states(machine: Machine, at: CableMotion, step: float) -> Array:
     """Memory variables (T, M, states) on rows `step` s apart, `memory_start` at the first.
 
-    Every law's drift is affine in its own states, a + b z, so that each step is exact while a and b hold over it,
-    but for where a bound is met.
+    Every law's drift is affine in its own states, a + b z, so that each step is exact while a and b hold over it. What is bounded
+    forgets nothing, b = 0: it adds up from one bound to the other.
     """
-    shape = (*at.x.shape, machine.states)
+    out = np.empty((*at.x.shape, machine.states))
     if not machine.states:
-        return np.zeros(shape)
-    a = machine.memory_rate(at, np.zeros(shape))
-    b = machine.memory_rate(at, np.ones(shape)) - a
-    decay = np.maximum(np.exp(b * step), _MIN_DECAY)
-    safe = np.where(np.abs(b) * step > 1e-9, b, 1.0)
-    added = a * np.where(np.abs(b) * step > 1e-9, (decay - 1) / safe, step)
-    bounds = machine.bounds if np.any(np.isfinite(machine.bounds)) else None
-    return accumulated(machine.memory_start, decay[:-1], added[:-1], bounds)
+        return out
+    a, start, (low, high) = machine.memory_rate(at, np.zeros_like(out)), machine.memory_start, machine.bounds
+    bounded = np.isfinite(high)
+    out[..., bounded] = accumulated_within(start[:, bounded], step * a[:-1, :, bounded], low[bounded], high[bounded])
+    if not bounded.all():
+        b = (machine.memory_rate(at, np.ones_like(out)) - a)[:-1, :, ~bounded]
+        decay = np.exp(b * step)
+        safe = np.where(np.abs(b) * step > 1e-9, b, 1.0)
+        added = a[:-1, :, ~bounded] * np.where(np.abs(b) * step > 1e-9, (decay - 1) / safe, step)
+        out[..., ~bounded] = accumulated(start[:, ~bounded], decay, added)
+    return out

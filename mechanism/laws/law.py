@@ -145,7 +145,7 @@ class Law:
     remembers_path: ClassVar[bool] = False
     """whether its friction depends on memory variables, which then follow from the path of the motor's angle alone"""
     memory_bound: ClassVar[float] = np.inf
-    """bound of their magnitude"""
+    """bound of their magnitude; what is bounded forgets nothing: its rate does not depend on it"""
     memory_start: ClassVar[Term | None] = None
     """the variable where a recording begins, if that is not forgotten soon; each recording has its own"""
 

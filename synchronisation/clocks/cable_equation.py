@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from identification.filters import first_order_lag
-from mechanism.affine_steps import accumulated
+from mechanism.affine_steps import accumulated_within
 from mechanism.drawing_errors import MOTOR_INERTIA_SIGMA
 from synchronisation.clocks.frame_geometry import FrameGeometry
 from synchronisation.clocks.signals import FRICTION_FORMS, LogSignals, cubic_spline
@@ -247,7 +247,7 @@ def play_lag(path: Array, widths: Array) -> Array:
     """The play operators of widths (W,) less their argument, (T, W, M), of paths (T, M) in the widths' unit."""
     half = np.broadcast_to(widths[:, None] / 2, (len(widths), path.shape[1]))
     moved = np.broadcast_to(-np.diff(path, axis=0)[:, None], (len(path) - 1, *half.shape))
-    return accumulated(np.zeros_like(half), np.ones_like(moved), moved, (-half, half))
+    return accumulated_within(np.zeros_like(half), moved, -half, half)
 
 
 def _compliance(powers: list[Array], tension: Array) -> Array:

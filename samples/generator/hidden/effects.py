@@ -108,6 +108,11 @@ def _other(
     return replace(world, neck=neck), Hidden(effect, f"{place} {i + 1}", {"factor": factor})
 
 
+def motor_inertia(world: World, d: Draw) -> tuple[World, Hidden]:
+    """What turns with one motor's shaft is heavier or lighter than described."""
+    return _other(world, d, "motors", "Ia", "motor_inertia", "motor", (0.6, 0.9))
+
+
 def marker_offset(world: World, d: Draw) -> tuple[World, Hidden]:
     """The marker of one bar is turned: the joint below it shows too much, the one above too little."""
     i, off = d.one(3), d.sign() * float(np.radians(d.sized(2, 4)))
@@ -228,6 +233,7 @@ CATALOGUE: dict[str, Kind] = {
         tip_payload,
         pulley_radius,
         drum_radius,
+        motor_inertia,
         spring_stiffness,
         marker_offset,
         backlash,

@@ -1,0 +1,40 @@
+"""A motor whose turning parts are not as described."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from diagnosis.effect import DescriptionEffect, Numbers
+from diagnosis.shown_by import MOTOR_ACCELERATION
+from mechanism.description import Neck
+from mechanism.laws import Term
+
+
+class MotorInertia(DescriptionEffect):
+    """A motor whose turning parts are not as described."""
+
+    name = "motor_inertia"
+    words = "what turns with a motor's shaft is heavier or lighter than described"
+    place = "motor"
+    shown_by = MOTOR_ACCELERATION
+    has_tolerance = True
+    terms = (
+        Term(
+            "Ia",
+            "1",
+            low=-0.95,
+            high=20.0,
+            size=0.05,
+            would_tell="add up rotor, gear and coupling from their data sheets, and speed every motor up and down fast",
+        ),
+    )
+    order = 12
+
+    def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
+        motor = neck.motors[place]
+        motors = list(neck.motors)
+        motors[place] = motor.model_copy(update={"Ia": motor.Ia * (1 + amount)})
+        return neck.model_copy(update={"motors": tuple(motors)})
+
+    def true_numbers(self, parameters: Mapping[str, float], truth: Mapping[str, Any], place: int | None) -> Numbers:
+        """The truth is a factor."""
+        return {("Ia", place): parameters["factor"] - 1.0}
