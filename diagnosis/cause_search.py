@@ -36,8 +36,8 @@ MAX_SHARE_OF_UNLISTED = 0.5
 (docs/thresholds.md)"""
 
 MAX_SHARE_OF_OTHER_FORM = 0.1
-"""of what stood above noise: causes that leave less are right but for the form of their laws, however far above noise that is
-(docs/thresholds.md)"""
+"""of what stood above noise, or of what each of several takes: causes that leave less are right but for the form of their laws,
+however far above noise that is (docs/thresholds.md)"""
 
 MIN_SHARE_BESIDE_UNKNOWN = 0.02
 """of all that is beyond noise: what a cause takes at least that takes less than is left (docs/thresholds.md)"""
@@ -111,19 +111,24 @@ class Search:
 
 
 def search_causes(
-    h: Hypothesis, ensembles: Sequence[NoiseEnsemble], seed: int = 0, rival: NoiseExcess | None = None
+    h: Hypothesis,
+    ensembles: Sequence[NoiseEnsemble],
+    seed: int = 0,
+    rival: NoiseExcess | None = None,
+    begun: tuple[Cause, ...] = (),
 ) -> Search:
     """Causes beyond a hypothesis in recordings of one arm. Raises Refused where a motor stands still.
 
-    rival: what another explanation leaves, if there is one: causes that leave far more are as good as none.
+    rival: what another explanation leaves, if there is one: causes that leave far more are as good as none. begun: causes that the
+    choice begins with.
     Where they hold a gain of the motors that drums would make, within their tolerance or as far off as they are found to be, forces
     are taken to be torques over the described drums, and causes are sought again from the others on."""
-    search = _search(h, ensembles, seed, rival=rival)
+    search = _search(h, ensembles, seed, begun, rival=rival)
     of_drums = [] if h.forces_as_drums else _of_drums(search.last, h)
     if not of_drums:
         return search
     others = tuple(cause for i, cause in enumerate(search.last.causes) if i not in of_drums)
-    return _search(h.with_forces_as_drums(), ensembles, seed, (search.last.comparison.linearisation, others))
+    return _search(h.with_forces_as_drums(), ensembles, seed, others, search.last.comparison.linearisation)
 
 
 def _of_drums(stage: FitStage, h: Hypothesis) -> list[int]:
@@ -148,10 +153,11 @@ def _search(
     h: Hypothesis,
     ensembles: Sequence[NoiseEnsemble],
     seed: int,
-    begin: tuple[Linearisation, tuple[Cause, ...]] | None = None,
+    begun: tuple[Cause, ...] = (),
+    near: Linearisation | None = None,
     rival: NoiseExcess | None = None,
 ) -> Search:
-    """begin: causes that the choice begins with, and where they stand; else none. rival: as `search_causes`."""
+    """begun, rival: as `search_causes`. near: where the causes that the choice begins with stand, if that is known."""
     fitter = CauseFitter(h, ensembles)
     fitter, first = fitter.redrawn(fitter.base_model())
     every_effect = with_effects(first, fitter.whiten)
@@ -161,11 +167,11 @@ def _search(
         every_effect = with_effects(first, fitter.whiten)
         ranked = rank(every_effect)
     free_fits = FreeFits()
-    begun, beside = first, every_effect
-    if begin is not None and begin[1]:
-        fitter, begun = fitter.with_own_weights(fitter.fitted(*begin))
-        beside = with_effects(begun, fitter.whiten)
-    fitter, last = with_all_causes(fitter, begun, beside, free_fits, seed)
+    last, beside = first, every_effect
+    if begun:
+        fitter, last = fitter.with_own_weights(fitter.fitted(near or first.comparison.linearisation, begun))
+        beside = with_effects(last, fitter.whiten)
+    fitter, last = with_all_causes(fitter, last, beside, free_fits, seed)
     nothing = Search(first, first, (), every_effect, tuple(ranked), fitter, unlisted=None, free_fits=free_fits)
     if rival is not None and last.excess.energy > MAX_TIMES_LEFT * (rival.energy + len(rival.ratio)):
         return nothing
@@ -176,6 +182,7 @@ def _search(
         outweighed, last = last if last.causes else None, first
     last = with_single_places(fitter, last)
     causes, last = _without_stand_ins(fitter, first, *with_look_alikes(fitter, last))
+    each_takes_most = len(causes) > 1 and all(last.surplus < MAX_SHARE_OF_OTHER_FORM * cause.gain for cause in causes)
     if causes and last.excess.above_noise:
         fitter, last = fitter.reweighted_by_what_is_left(last)
     elif causes:
@@ -187,7 +194,7 @@ def _search(
         elif told := _without_untold(fitter, last):
             causes = tuple(cause for i, cause in enumerate(causes) if i not in last.untold)
             last = fitter.finished(told)
-        explain_most = last.excess.share_of(first.excess) < MAX_SHARE_OF_OTHER_FORM
+        explain_most = each_takes_most or last.excess.share_of(first.excess) < MAX_SHARE_OF_OTHER_FORM
         untold = len(last.untold_beside_what_is_left) == len(causes)
         if leaves_plainly_more(last.excess) and untold and not explain_most:
             causes, last = (), first  # they stand in for something else

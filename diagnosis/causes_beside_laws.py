@@ -4,23 +4,26 @@ Where such a law acts no choice of causes is right: some stand in for it, and wh
 causes are sought anew beside it, and all is fitted together.
 """
 
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.cause import with_causes
+from diagnosis.cause import Cause, with_causes
 from diagnosis.cause_fit import fitted_without
 from diagnosis.cause_search import MAX_SHARE_OF_OTHER_FORM, Search, search_causes
 from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import HeldOutResiduals, held_out_residuals
 from diagnosis.law_gains import GainedLaw, LawGains, law_gains
+from diagnosis.noise_columns import noise_columns
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.remainder import leaves_plainly_more
 from diagnosis.shown_by import FORCE, JOINT_ANGLE, JOINT_SPEED, MOTOR_SPEED, TENSION, ShownBy
-from diagnosis.unlisted_laws import as_fitted
+from diagnosis.unlisted_laws import as_fitted, found_laws
 from diagnosis.worth_naming import MIN_LOSS_SHARE
 from discovery.form import SMOOTH
+from discovery.found_law import FoundLaw
 
 MAX_SHARE_LEFT = 0.5
 """of what stands above noise: laws found in the place of causes leave no more of it, else the causes stay (docs/thresholds.md)"""
@@ -119,16 +122,30 @@ def _beside_causes(
     seed: int,
     others: Sequence[NoiseEnsemble],
 ) -> Explanation:
-    """The laws that are found beside a search's causes, and the causes that are found beside some of them."""
-    found = law_gains(search, others, left, seed)
+    """The laws that are found beside a search's causes, and the causes that are found beside some of them.
+
+    Causes are sought beside the first law alone before there are others: what else it leaves may be theirs, and further laws only
+    stand in for them. But what has no simple form may itself stand in for them, where they are functions of its variable."""
+    fitter, nothing = search.fitter, Explanation(search, (), search.last)
+    growing = found_laws(search.last, fitter.whiten, noise_columns(search.last, fitter.ensembles), seed)
+    found = law_gains(search, next(growing, ()), others, left)
+    tried: dict[str, Explanation | None] = {}
+    if found and leaves_plainly_more(found.stage.excess) and not _may_be_causes(found.laws[0].law):
+        beside = _causes_beside(search, found, [0], recordings, seed)
+        if beside is not None and not leaves_plainly_more(beside.stage.excess):
+            return beside
+        tried[found.laws[0].law.words] = beside
+    if every := deque(growing, maxlen=1):
+        found = law_gains(search, every[0], others, left)
     if found is None:
-        return Explanation(search, (), search.last)
+        return nothing
     alone = Explanation(search, found.laws, found.stage)
     # of several laws one may be a cause that did not show before: friction of joints is a saturating function of their speed
     if not (search.named or found.stage.excess.above_noise or len(found.laws) > 1):
         return alone
     for held in _held(found):
-        beside = _causes_beside(search, found, held, recordings, seed)
+        words = ", ".join(found.laws[i].law.words for i in held)
+        beside = tried[words] if words in tried else _causes_beside(search, found, held, recordings, seed)
         if beside is not None:
             return beside
     return alone
@@ -149,13 +166,39 @@ def _held(found: LawGains) -> Iterator[list[int]]:
 def _causes_beside(
     search: Search, found: LawGains, held: Sequence[int], recordings: Sequence[NoiseEnsemble], seed: int
 ) -> Explanation | None:
-    """Causes beside some of the laws that were found, where they are others than a search has and leave no more than all laws."""
-    causes = [found.stage.causes[len(search.last.causes) + i] for i in held]
-    beside = search_causes(with_causes(found.stage.before_causes, causes), recordings, seed, found.stage.excess)
+    """Causes beside some of the laws that were found, where they are others than a search has and leave no more than all laws.
+
+    While the laws' numbers stayed as they were found, some may not have shown: with numbers that were fitted beside the first
+    ones causes are sought from these on, as long as that explains much more."""
+    count = len(search.last.causes)
+    laws = [found.stage.causes[count + i] for i in held]
+    best = _causes_found_beside(search, found, held, laws, (), recordings, seed)
+    while best is not None and best.laws and leaves_plainly_more(best.stage.excess):
+        count = len(best.search.named)
+        named, laws = best.stage.causes[:count], best.stage.causes[count:]
+        more = _causes_found_beside(best.search, found, held, laws, named, recordings, seed)
+        if more is None or more.stage.excess.share_of(best.stage.excess) > MAX_SHARE_LEFT:
+            break
+        best = more
+    return best
+
+
+def _causes_found_beside(
+    search: Search,
+    found: LawGains,
+    held: Sequence[int],
+    laws: Sequence[Cause],
+    begun: tuple[Cause, ...],
+    recordings: Sequence[NoiseEnsemble],
+    seed: int,
+) -> Explanation | None:
+    """As `_causes_beside`, once. laws: those that are held, with numbers; begun: causes from which on others are sought."""
+    h, at = with_causes(found.stage.before_causes, laws), found.stage.comparison.linearisation
+    beside = search_causes(h, recordings, seed, found.stage.excess, begun)
     if _names(beside) == _names(search) or not beside.last.possible:
         return None
     fitter, named, last = search.fitter, beside.named, beside.last
-    stage = fitter.fitted(found.stage.comparison.linearisation, (*beside.last.causes, *causes))
+    stage = fitter.fitted(at, (*beside.last.causes, *laws))
     # while the law's numbers stayed as they were found, causes may have made good for them
     while 0 < len(untold := [i for i in stage.untold if i < len(named)]) < len(named):
         stage, last = fitted_without(fitter, stage, untold), fitted_without(beside.fitter, last, untold)
@@ -172,10 +215,15 @@ def _causes_beside(
     leaves_more = stage.excess.above_noise and stage.surplus > found.stage.surplus
     if leaves_more or not stage.possible:
         return None
-    laws = [found.laws[i] for i in held]
-    numbered = as_fitted([each.law for each in laws], stage)
+    gained = [found.laws[i] for i in held]
+    numbered = as_fitted([each.law for each in gained], stage)
     other = replace(search, named=named, last=last, fitter=fitter, unlisted=beside.unlisted)
-    return Explanation(other, tuple(replace(each, law=n) for each, n in zip(laws, numbered, strict=True)), stage)
+    return Explanation(other, tuple(replace(each, law=n) for each, n in zip(gained, numbered, strict=True)), stage)
+
+
+def _may_be_causes(law: FoundLaw) -> bool:
+    """Whether a law has no simple form, and causes are functions of its variable."""
+    return law.form.name == SMOOTH and law.candidate.variable in _VARIABLES
 
 
 def _names(search: Search) -> set[tuple[str, str]]:

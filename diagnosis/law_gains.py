@@ -9,10 +9,9 @@ import numpy as np
 from diagnosis.cause_search import Search
 from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_excess, held_out_residuals
-from diagnosis.noise_columns import noise_columns
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.noise_excess import ABOVE_NOISE_RATIO
-from diagnosis.unlisted_laws import AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS, as_fitted, causes_of, found_laws
+from diagnosis.unlisted_laws import AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS, as_fitted, causes_of
 from discovery.found_law import FoundLaw
 from mechanism.arm import Arm
 from xneck_foundation.one_line import indexed
@@ -63,12 +62,14 @@ class LawGains:
 
 
 def law_gains(
-    search: Search, ensembles: Sequence[NoiseEnsemble], before: HeldOutResiduals | None, seed: int
+    search: Search, laws: Sequence[FoundLaw], ensembles: Sequence[NoiseEnsemble], before: HeldOutResiduals | None
 ) -> LawGains | None:
-    """Laws in what a search leaves; before: what it leaves of recordings that were not fitted, `ensembles`, if there are any."""
+    """Those of laws found in what a search leaves that gain something.
+
+    before: what it leaves of recordings that were not fitted, `ensembles`, if there are any."""
     fitter, stage, arm = search.fitter, search.last, search.last.before_causes.arm
     kept: list[GainedLaw] = []
-    for law in found_laws(stage, fitter.whiten, noise_columns(stage, fitter.ensembles), seed):
+    for law in laws:
         causes = (*search.last.causes, *causes_of([*(each.law for each in kept), law], arm))
         tried = fitter.finished(fitter.fitted(search.last.comparison.linearisation, causes))
         gain = None

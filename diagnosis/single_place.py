@@ -42,7 +42,10 @@ def _alone(cause: Cause, sigma: Array, arm: Arm) -> Cause | None:
     amounts = cause.amounts.reshape(len(effect.terms), -1)
     sigma = sigma[: cause.amounts.size].reshape(amounts.shape)
     size = np.abs(amounts)
-    nothing = size < np.maximum(UNTOLD_SIGMAS * sigma, MAX_SHARE_ELSEWHERE * size.max(axis=1, keepdims=True))
+    is_small = size < MAX_SHARE_ELSEWHERE * size.max(axis=1, keepdims=True)
+    nothing = is_small | (size < UNTOLD_SIGMAS * sigma)
+    # beside other numbers that do nearly the same no amount may be told, though the cause as a whole is
+    nothing = is_small if nothing.all() else nothing
     there = np.flatnonzero(~nothing.all(axis=0))
     if len(there) != 1:
         return None

@@ -4,7 +4,7 @@ What a law does to the equations is a sum over fine columns of its variable, whi
 of the base model, of nuisances and of causes stay free. What is found is fitted as a cause is, as a law of the machine.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -23,7 +23,7 @@ from discovery.fine_basis import FineBasis, Function
 from discovery.form import Constants, Form
 from discovery.found_law import FoundLaw
 from discovery.problem import Candidate, Problem
-from discovery.search import find_laws
+from discovery.search import growing_laws
 from identification.fitting import segment_starts
 from identification.residuals import UNIT_FORCE, changes_by_forces
 from identification.whitening import Whitener
@@ -364,8 +364,8 @@ class _StageProblem(Problem):
 
 def found_laws(
     stage: FitStage, whiten: Whitener, noise_columns: Sequence[Array], seed: int = 0
-) -> tuple[FoundLaw, ...]:
-    """The laws in what a stage leaves, in the order in which they were found; none where chance would do as much."""
+) -> Iterator[tuple[FoundLaw, ...]]:
+    """The laws in what a stage leaves, so far, after each that is found; none where chance would do as much."""
     # what shows slowly, in one equation, is a small share of all that noise makes, though it stands far above noise there
     least = min(MIN_LOSS_SHARE * stage.noise_loss, MIN_EXPLAINED * max(stage.surplus, 0.0))
-    return find_laws(_StageProblem(stage, whiten, noise_columns, least), seed)
+    return growing_laws(_StageProblem(stage, whiten, noise_columns, least), seed)

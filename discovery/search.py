@@ -4,6 +4,7 @@ Each candidate's forms are compared in its fine columns, their inner constants o
 decides. Chance is what the best of the whole dictionary takes from the same residual with blocks turned over at random.
 """
 
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -51,8 +52,14 @@ def find_laws(problem: Problem, seed: int = 0) -> tuple[FoundLaw, ...]:
     """The laws that the target follows, in the order in which they were found; none where chance would do as much.
 
     None either where there are fewer than MIN_BLOCKS blocks."""
+    last = deque(growing_laws(problem, seed), maxlen=1)
+    return last[0] if last else ()
+
+
+def growing_laws(problem: Problem, seed: int = 0) -> Iterator[tuple[FoundLaw, ...]]:
+    """`find_laws` so far, after each law that is found; it is looked for when it is asked for."""
     if int(problem.blocks.max()) + 1 < MIN_BLOCKS:
-        return ()
+        return
     rng = np.random.default_rng(seed)
     laws: tuple[FoundLaw, ...] = ()
     been: list[set[str]] = [set()]
@@ -67,7 +74,7 @@ def find_laws(problem: Problem, seed: int = 0) -> tuple[FoundLaw, ...]:
             break
         laws = kept
         been.append(words)
-    return laws
+        yield laws
 
 
 def _next_law(problem: Problem, laws: Sequence[FoundLaw], rng: np.random.Generator) -> FoundLaw | None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis import law_gains
+from diagnosis import causes_beside_laws, law_gains
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.extended_model import extended_description, extended_model
 from diagnosis.record import as_json, as_text
@@ -62,7 +62,7 @@ def test_a_law_that_does_not_hold_hides_none_after_it(
 ) -> None:
     (gained,) = found.found_laws
     judged, refused = law_gains._holds, iter([True])
-    monkeypatch.setattr(law_gains, "found_laws", lambda *_: (gained.law, gained.law))
+    monkeypatch.setattr(causes_beside_laws, "found_laws", lambda *_: iter([(gained.law, gained.law)]))
     monkeypatch.setattr(law_gains, "_holds", lambda *of_law: not next(refused, False) and judged(*of_law))
     again = diagnose(recordings[:1], recordings[1:])
     assert [each.law.words for each in again.found_laws] == [gained.law.words]
