@@ -36,8 +36,8 @@ MAX_SHARE_OF_UNLISTED = 0.5
 (docs/thresholds.md)"""
 
 MAX_SHARE_OF_OTHER_FORM = 0.1
-"""of what stood above noise, or of what each of several takes: causes that leave less are right but for the form of their laws,
-however far above noise that is (docs/thresholds.md)"""
+"""of what stood above noise: causes that leave less are right but for the form of their laws, however far above noise that is
+(docs/thresholds.md)"""
 
 MIN_SHARE_BESIDE_UNKNOWN = 0.02
 """of all that is beyond noise: what a cause takes at least that takes less than is left (docs/thresholds.md)"""
@@ -182,7 +182,6 @@ def _search(
         outweighed, last = last if last.causes else None, first
     last = with_single_places(fitter, last)
     causes, last = _without_stand_ins(fitter, first, *with_look_alikes(fitter, last))
-    each_takes_most = len(causes) > 1 and all(last.surplus < MAX_SHARE_OF_OTHER_FORM * cause.gain for cause in causes)
     if causes and last.excess.above_noise:
         fitter, last = fitter.reweighted_by_what_is_left(last)
     elif causes:
@@ -194,7 +193,7 @@ def _search(
         elif told := _without_untold(fitter, last):
             causes = tuple(cause for i, cause in enumerate(causes) if i not in last.untold)
             last = fitter.finished(told)
-        explain_most = each_takes_most or last.excess.share_of(first.excess) < MAX_SHARE_OF_OTHER_FORM
+        explain_most = last.excess.share_of(first.excess) < MAX_SHARE_OF_OTHER_FORM
         untold = len(last.untold_beside_what_is_left) == len(causes)
         if leaves_plainly_more(last.excess) and untold and not explain_most:
             causes, last = (), first  # they stand in for something else
