@@ -84,6 +84,7 @@ CATALOGUE: Mapping[str, Drawn] = {
     "tip_payload": lambda p, rng: Payload(rng.uniform(0.05, 0.15)),
     "pulley_radius": lambda p, rng: _described("r", rng, p.N, 0.1, 0.2),
     "drum_radius": lambda p, rng: _described("drum", rng, p.M, 0.03, 0.05),
+    "motor_inertia": lambda p, rng: _described("motor_inertia", rng, p.M, 0.6, 0.9),
     "actuator_gain": lambda p, rng: ActuatorGain(_one(p, rng, 0.05, 0.12)),
     "actuator_offset": lambda p, rng: ActuatorOffset(_one(p, rng, 1.0, 3.0)),
     "actuator_lag": lambda p, rng: ActuatorLag(rng.uniform(0.01, 0.03)),

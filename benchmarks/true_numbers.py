@@ -35,7 +35,11 @@ Numbers = Mapping[str, Any]
 
 def _described(law: Any, arm: Arm) -> tuple[str, Numbers]:
     true, drawn = getattr(arm.plant, law.field), getattr(arm.drawing, law.field)
-    return ("drum_radius", {"rd": true / drawn - 1}) if law.field == "drum" else ("pulley_radius", {"r": true - drawn})
+    return {
+        "drum": ("drum_radius", {"rd": true / drawn - 1}),
+        "motor_inertia": ("motor_inertia", {"Ia": true / drawn - 1}),
+        "r": ("pulley_radius", {"r": true - drawn}),
+    }[law.field]
 
 
 _OF: Mapping[type[Law], Callable[[Any, Arm], tuple[str, Numbers]]] = {
