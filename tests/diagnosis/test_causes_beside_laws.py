@@ -6,10 +6,13 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from diagnosis import causes_beside_laws
 from diagnosis.cause import Cause
 from diagnosis.causes_beside_laws import Explanation
 from diagnosis.diagnose import diagnose
 from diagnosis.effects import EFFECTS
+from diagnosis.noise_excess import NoiseExcess
+from discovery.form import SMOOTH
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
 from tests.hidden_arms import PAYLOAD, STOP, seen_arms
@@ -61,3 +64,71 @@ def test_one_cause_at_its_least_and_a_law_of_its_variable_may_be_one_law(
     stage = SimpleNamespace(causes=[cause], before_causes=SimpleNamespace(arm=described))
     search = SimpleNamespace(named=[cause] * causes)
     assert Explanation(cast("Any", search), cast("Any", (law,)), cast("Any", stage)).may_be_one_law == may_be
+
+
+def explanation(ratio: float, *names: str, laws: int = 1) -> Any:
+    """What leaves so many times noise, with causes of these names before its laws."""
+    causes = tuple(SimpleNamespace(name=name) for name in (*names, *["law"] * laws))
+    search = SimpleNamespace(named=names, last=SimpleNamespace(causes=names))
+    stage = SimpleNamespace(excess=NoiseExcess(np.array([ratio]), np.ones(1)), causes=causes)
+    return SimpleNamespace(search=search, laws=[None] * laws, stage=stage)
+
+
+@pytest.mark.parametrize(
+    ("ratios", "passes", "kept"),
+    [
+        ((5.0, 1.9, 1.05), 3, 1.05),  # each finds more beside the law as it was fitted
+        ((5.0, 4.9), 2, 5.0),  # the second finds hardly anything: the first stays
+        ((1.05,), 1, 1.05),  # nothing is left
+    ],
+)
+def test_causes_are_sought_again_beside_a_law_as_it_was_fitted_with_the_first(
+    ratios: tuple[float, ...], passes: int, kept: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = iter(explanation(ratio, *["cause"] * (i + 1)) for i, ratio in enumerate(ratios))
+    begun: list[int] = []
+
+    def once(search: Any, laws_found: Any, held: Any, laws: Any, causes: Any, *_: object) -> Any:
+        assert [law.name for law in laws] == ["law"]
+        begun.append(len(causes))
+        return next(found)
+
+    monkeypatch.setattr(causes_beside_laws, "_causes_found_beside", once)
+    best = causes_beside_laws._causes_beside(explanation(9.0).search, explanation(9.0), [0], (), 0)
+    assert best is not None
+    assert best.stage.excess.ratio[0] == kept
+    assert begun == list(range(passes))
+
+
+@pytest.mark.parametrize(
+    ("form", "variable", "at_once"),
+    [
+        ("bump", "motor_angle", True),
+        (SMOOTH, "motor_angle", True),
+        (SMOOTH, "motor_speed", False),  # may stand in for friction
+    ],
+)
+def test_further_laws_are_looked_for_only_where_causes_beside_the_first_leave_something(
+    form: str, variable: str, at_once: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    law = SimpleNamespace(form=SimpleNamespace(name=form), words=f"{form} of {variable}")
+    law.candidate = SimpleNamespace(variable=variable, is_sibling=lambda other: other is law.candidate)
+    asked: list[int] = []
+
+    def growing(*_: object) -> Any:
+        for count in (1, 2):
+            asked.append(count)
+            yield (law,) * count
+
+    def gained(search: Any, laws: Any, *_: object) -> Any:
+        return SimpleNamespace(laws=[SimpleNamespace(law=each) for each in laws], stage=explanation(5.0).stage)
+
+    monkeypatch.setattr(causes_beside_laws, "found_laws", growing)
+    monkeypatch.setattr(causes_beside_laws, "law_gains", gained)
+    monkeypatch.setattr(causes_beside_laws, "noise_columns", lambda *_: ())
+    monkeypatch.setattr(causes_beside_laws, "_causes_beside", lambda *_: explanation(1.05, "tip_payload"))
+    last = SimpleNamespace(causes=())
+    search = SimpleNamespace(fitter=SimpleNamespace(whiten=None, ensembles=()), last=last, named=())
+    best = causes_beside_laws._beside_causes(cast("Any", search), None, (), 0, ())
+    assert best.stage.excess.ratio[0] == 1.05
+    assert asked == ([1] if at_once else [1, 2])

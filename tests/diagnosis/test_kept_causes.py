@@ -1,0 +1,57 @@
+"""Which causes stay though their numbers are told badly, and where: decided on stages made up."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from diagnosis import cause_search, single_place
+from diagnosis.cause import Cause
+from diagnosis.effects import EFFECTS
+from diagnosis.noise_excess import NoiseExcess
+from mechanism.arm import arm_of
+from mechanism.description import read_neck
+from tests.paths import NECK_FILE
+
+ARM = arm_of(read_neck(NECK_FILE))
+
+
+def left(ratio: float) -> Any:
+    return SimpleNamespace(excess=NoiseExcess(np.array([ratio]), np.ones(1)), possible=True)
+
+
+@pytest.mark.parametrize(
+    ("with_it", "without", "goes"),
+    [
+        (2.0, 7.4, False),  # one cable that hardens, beside numbers of its own stiffness: no amount is told
+        (2.0, 2.5, True),  # takes a part of what is left, as a law of another form does
+        (1.05, 1.3, True),  # nothing is left plainly without it
+    ],
+)
+def test_a_cause_that_is_not_told_goes_unless_the_others_leave_far_more(
+    with_it: float, without: float, goes: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rest = left(without)
+    monkeypatch.setattr(cause_search, "fitted_without", lambda fitter, stage, left_out: rest)
+    stage = left(with_it)
+    stage.causes, stage.untold = (None, None), (1,)
+    assert cause_search._without_untold(cast("Any", None), stage) is (rest if goes else None)
+
+
+@pytest.mark.parametrize(
+    ("amounts", "sigma", "place"),
+    [
+        ([5e3, -1e3, 4e5, 4e2], [3e4, 1e4, 1e4, 1e4], 3),  # told, the others not
+        ([5e3, -1e3, 4e5, 4e2], [3e4, 1e4, 9e5, 1e4], 3),  # none is told: the one that holds nearly all
+        ([2e5, -1e3, 4e5, 4e2], [9e5, 9e5, 9e5, 9e5], None),  # none is told, and two hold it
+        ([2e5, -1e3, 4e5, 4e2], [1e4, 9e5, 1e4, 1e4], None),
+    ],
+)
+def test_a_cause_sits_alone_where_the_others_have_next_to_nothing(
+    amounts: list[float], sigma: list[float], place: int | None
+) -> None:
+    effect = EFFECTS["cable_hardening"]
+    everywhere = Cause(effect, effect.placements(ARM)[0], np.array(amounts), dict(effect.start_shapes[0]))
+    alone = single_place._alone(everywhere, np.append(sigma, 1.0), ARM)
+    assert (alone and alone.where.label) == (place and f"cable {place}")
