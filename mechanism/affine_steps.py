@@ -1,4 +1,4 @@
-"""Steps z -> decay z + added, one after another along a recording, and sums that stay within bounds, without a loop over its rows."""
+"""Steps z -> decay z + added along a recording, and sums that stay within bounds, without a loop over its rows."""
 
 import numpy as np
 from scipy.linalg.lapack import dtbtrs  # pyright: ignore[reportAttributeAccessIssue] (made when imported)

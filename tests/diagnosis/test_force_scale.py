@@ -43,9 +43,11 @@ def test_causes_are_sought_again_where_a_gain_may_be_a_drums(
     """kept: of the causes, with which the second search begins; None where there is none. Sigma is .002 of every amount."""
     h, begun = as_described(NECK), []
 
-    def search(of: Hypothesis, _ensembles: Any, _seed: int, begin: Any = None, rival: Any = None) -> Any:
-        begun.append(begin)
-        assert of.forces_as_drums == (begin is not None)
+    def search(
+        of: Hypothesis, _ensembles: Any, _seed: int, causes_begun: Any = (), near: Any = None, rival: Any = None
+    ) -> Any:
+        begun.append((near, causes_begun))
+        assert of.forces_as_drums == (near is not None)
         at = SimpleNamespace(linearisation="there")
         return SimpleNamespace(
             last=SimpleNamespace(causes=causes, sigma_of_causes=[np.full(1, 0.002)] * len(causes), comparison=at)
