@@ -40,7 +40,10 @@ MAX_SHARE_OF_OTHER_FORM = 0.1
 (docs/thresholds.md)"""
 
 MIN_SHARE_BESIDE_UNKNOWN = 0.02
-"""of all that is beyond noise: what a cause takes at least that takes less than is left (docs/thresholds.md)"""
+"""of all that is beyond noise: what a cause takes at least that takes hardly more than is left (docs/thresholds.md)"""
+
+MAX_TIMES_OF_STAND_IN = 3.0
+"""times what is left: up to there it is hardly more (docs/thresholds.md)"""
 
 MAX_SHARE_CLEARED = 0.1
 """of what an equation had above noise, that is left where a cause is said to clear it (docs/thresholds.md)"""
@@ -224,13 +227,13 @@ def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener, free_fits:
 def _without_stand_ins(
     fitter: CauseFitter, first: FitStage, causes: tuple[NamedCause, ...], last: FitStage
 ) -> tuple[tuple[NamedCause, ...], FitStage]:
-    """Without causes that take a small share of all, and less than what is left beside them plainly above noise.
+    """Without causes that take a small share of all, and hardly more than what is left beside them plainly above noise.
 
     They may mend the form of another one's law, or stand in for what nobody knows. None does that clears an equation: beside it
     another one may hold far more that nobody knows."""
     if not leaves_plainly_more(last.excess):
         return causes, last
-    least = min(last.surplus, MIN_SHARE_BESIDE_UNKNOWN * first.surplus)
+    least = min(MAX_TIMES_OF_STAND_IN * last.surplus, MIN_SHARE_BESIDE_UNKNOWN * first.surplus)
     small = sorted((i for i, cause in enumerate(causes) if cause.gain < least), key=lambda i: causes[i].gain)
     # two may each take little beside the other, and much together: all at once, else one after the other
     for tried in ([small], [[i] for i in small]):

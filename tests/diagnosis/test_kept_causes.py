@@ -55,3 +55,29 @@ def test_a_cause_sits_alone_where_the_others_have_next_to_nothing(
     everywhere = Cause(effect, effect.placements(ARM)[0], np.array(amounts), dict(effect.start_shapes[0]))
     alone = single_place._alone(everywhere, np.append(sigma, 1.0), ARM)
     assert (alone and alone.where.label) == (place and f"cable {place}")
+
+
+@pytest.mark.parametrize(
+    ("takes", "of_all", "cleared", "stays"),
+    [
+        (1.2, 1e-4, False, False),  # a play that mends the form of friction of pulleys
+        (5.0, 1e-4, False, True),
+        (1.2, 0.03, False, True),  # a part of all that is no small one
+        (1.2, 1e-4, True, True),  # an equation that had four times noise has none any more
+    ],
+)
+def test_what_takes_hardly_more_than_is_left_and_little_of_all_is_no_cause(
+    takes: float, of_all: float, cleared: bool, stays: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """takes: times what is left."""
+    surplus = 1000.0
+    gain = takes * surplus
+    causes = tuple(SimpleNamespace(gain=each) for each in (gain / 1e-5, gain))
+    last = left(4.0)
+    last.surplus, last.excess = surplus, NoiseExcess(np.array([4.0, 1.0]), np.ones(2))
+    rest = left(4.0)
+    rest.surplus, rest.excess = surplus + gain, NoiseExcess(np.array([4.5, 4.0 if cleared else 1.0]), np.ones(2))
+    monkeypatch.setattr(cause_search, "fitted_without", lambda fitter, stage, left_out: rest)
+    first = cast("Any", SimpleNamespace(surplus=gain / of_all))
+    kept, stage = cause_search._without_stand_ins(cast("Any", None), first, cast("Any", causes), last)
+    assert (len(kept), stage) == ((2, last) if stays else (1, rest))
