@@ -166,6 +166,8 @@ def test_backlash_is_crossed_while_the_motor_travels_as_said(way: float) -> None
     at = cable(travel_d=way * 0.02)
     side_d = rate("backlash", values, at, z=-way)
     assert side_d == pytest.approx(way * 2 / 0.05, rel=1e-12)
+    # what is bounded forgets nothing: sums over a recording rest on it
+    assert rate("backlash", values, at, z=0.3 * way) == side_d
     # from the far flank the drum lags on by half the play, and slower by half of 1 mm in 25 ms for the damper
     assert pull("backlash", values, at, z=-way) == pytest.approx(way * (8e3 * 5e-4 - 60.0 * 0.02), rel=1e-12)
     # halfway it is in the middle: the spring has its way, only the damper feels that the drum stands still
