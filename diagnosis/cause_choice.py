@@ -227,15 +227,17 @@ def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:
 def _least_gains(stage: FitStage, offered: Sequence[Cause], by_chance: float) -> Callable[[int, float], float]:
     """What an option must take from a loss: a part of what stands above noise, if anything does, and more than by chance.
 
-    Else all is explained: then laws, whose forms nobody knows better, need a part of the whole, and what has a tolerance nothing
-    more than to lie beyond it."""
+    Else all is explained: then laws, whose forms nobody knows better, need a part of the whole, or of a loss that is more than
+    that; and what has a tolerance nothing more than to lie beyond it, in noise as loud as that loss."""
     noise = stage.noise_loss
 
     def least_gain(i: int, loss: float) -> float:
         excess = loss - noise
+        if not stage.excess.above_noise and offered[i].effect.has_tolerance:
+            return by_chance * max(1.0, loss / noise)
         if stage.excess.above_noise or excess > MIN_LOSS_SHARE * noise:
             return max(by_chance, MIN_EXPLAINED_NEXT * excess)
-        return by_chance if offered[i].effect.has_tolerance else max(by_chance, MIN_LOSS_SHARE * noise)
+        return max(by_chance, MIN_LOSS_SHARE * noise)
 
     return least_gain
 
