@@ -35,7 +35,7 @@ _LINE = 0.155
 """in, height of a line of text"""
 _GAP, _RULE = 0.12, 1.35
 """in: between causes, and of the rule below each"""
-_CALLOUTS, _ERRORS = 1.5, 1.5
+_CALLOUTS, _ERRORS = 1.5, 1.65
 """in: room for them on either side of the arm"""
 _LEFT, _RIGHT, _BOTTOM, _TOP = 0.62, 0.05, 0.1, 0.3
 """in: margins"""
@@ -178,7 +178,7 @@ def _draw_errors(axes: RecordedAxes, drawn: DrawnArm, error: ArmError, is_extend
         rows.append((f"joint {i + 1}", height, degrees(before), degrees(after), "°", style.joint_colour(i)))
     for name, y, before, after, unit, colour in rows:
         words = error_words(before, after, unit, is_extended)
-        axes.text(x, y, f"{name}: {words}", fontsize=8.5, fontweight="bold", va="center", color=colour)
+        axes.text(x, y, f"{name}: {words}", fontsize=8.0, fontweight="bold", va="center", color=colour)
         axes.record(f"{name}, {unit}", "dots", x=[before, after], y=[y, y])
 
 

@@ -19,7 +19,7 @@ from xneck_foundation.parameter import Parameter
 
 def some_error(joints: int) -> ArmError:
     alpha = np.zeros(joints)
-    large, small = np.linspace(0.8, 0.0066, joints + 1)[1:], np.full(joints, 1.8e-3)
+    large, small = np.linspace(0.8, 5.4e-4, joints + 1)[1:], np.full(joints, 4.9e-4)
     return ArmError(large, small, small, 0.1234, 1.1e-4, WorstPose(0, 1.0, alpha, alpha, alpha))
 
 
