@@ -178,7 +178,7 @@ class Motor(Strict):
     """turns of the motor per turn of the drum; data sheet of the gear, 1 without a gear"""
     rd: Annotated[float, Field(ge=1e-4, le=1)]
     """m, radius of the drum to the middle of the cable; wind ten turns and measure: length / (20 pi)"""
-    Ia: Annotated[float, Field(ge=0, le=1)]
+    Ia: Annotated[float, Field(gt=0, le=1)]
     """kg m^2, inertia of all that turns with the motor's shaft, before the gear; data sheets of the rotor and of the gear"""
     counts: Annotated[int, Field(ge=1, le=2**31)]
     """steps of the encoder per turn of the motor, as they are counted (four for each line of a quadrature encoder)"""

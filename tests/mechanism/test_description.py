@@ -50,6 +50,7 @@ def test_the_sample_is_read() -> None:
         ({"mechanisms__0__diagonal__mass": 30.0}, ["diagonal.mass of 30 kg", "is it in g?"]),
         ({"mechanisms__0__top__inertia": 6.25}, ["top.inertia of 6.25", "is it in kg mm^2"]),
         ({"motors__1__f_scale": 0.0}, ["motors[1].f_scale: must not be 0"]),
+        ({"motors__0__Ia": 0.0}, ["motors[0].Ia: expected greater than 0, found 0.0"]),
         ({"mechanisms__0__mass": 1.0}, ["mechanisms[0].mass: unknown key"]),
         (
             {"mechanisms__1__stiffness": 400.0},
