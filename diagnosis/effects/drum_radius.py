@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.check_fault import CheckFault
-from diagnosis.effect import DescriptionEffect, Numbers, Shape
+from diagnosis.effect import DescriptionEffect, Numbers, Shape, with_other_motor
 from diagnosis.force_scale import force_scale_columns
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import RecordingLinearisation
@@ -42,10 +42,7 @@ class DrumRadius(DescriptionEffect):
     order = 9
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
-        motor = neck.motors[place]
-        motors = list(neck.motors)
-        motors[place] = motor.model_copy(update={"rd": motor.rd * (1 + amount)})
-        return neck.model_copy(update={"motors": tuple(motors)})
+        return with_other_motor(neck, place, "rd", amount)
 
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
         of_lengths = super().columns(recording, shape)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from diagnosis.effect import DescriptionEffect, Numbers
+from diagnosis.effect import DescriptionEffect, Numbers, with_other_motor
 from diagnosis.shown_by import MOTOR_ACCELERATION
 from mechanism.description import Neck
 from mechanism.laws import Term
@@ -30,10 +30,7 @@ class MotorInertia(DescriptionEffect):
     order = 12
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
-        motor = neck.motors[place]
-        motors = list(neck.motors)
-        motors[place] = motor.model_copy(update={"Ia": motor.Ia * (1 + amount)})
-        return neck.model_copy(update={"motors": tuple(motors)})
+        return with_other_motor(neck, place, "Ia", amount)
 
     def true_numbers(self, parameters: Mapping[str, float], truth: Mapping[str, Any], place: int | None) -> Numbers:
         """The truth is a factor."""
