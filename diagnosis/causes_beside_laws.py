@@ -126,7 +126,7 @@ def _beside_causes(
 
     Causes are sought beside the first law alone before there are others: what else it leaves may be theirs, and further laws only
     stand in for them. But what has no simple form may itself stand in for them, where they are functions of its variable."""
-    fitter, nothing = search.fitter, Explanation(search, (), search.last)
+    fitter = search.fitter
     growing = found_laws(search.last, fitter.whiten, noise_columns(search.last, fitter.ensembles), seed)
     found = law_gains(search, next(growing, ()), others, left)
     tried: dict[str, Explanation | None] = {}
@@ -138,7 +138,7 @@ def _beside_causes(
     if every := deque(growing, maxlen=1):
         found = law_gains(search, every[0], others, left)
     if found is None:
-        return nothing
+        return Explanation(search, (), search.last)
     alone = Explanation(search, found.laws, found.stage)
     # of several laws one may be a cause that did not show before: friction of joints is a saturating function of their speed
     if not (search.named or found.stage.excess.above_noise or len(found.laws) > 1):

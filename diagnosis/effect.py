@@ -271,13 +271,6 @@ class DescriptionEffect(Effect):
         return replace(h, neck=neck)
 
 
-def with_other_motor(neck: Neck, place: int, key: str, share: float) -> Neck:
-    """neck.yaml where a number of one motor, counted from 0, is by a share of itself more."""
-    motors = list(neck.motors)
-    motors[place] = motors[place].model_copy(update={key: getattr(motors[place], key) * (1 + share)})
-    return neck.model_copy(update={"motors": tuple(motors)})
-
-
 def law_terms(law: str, *names: str) -> tuple[Term, ...]:
     """Terms of a law, by name."""
     by_name = {term.name: term for term in law_named(law).terms}

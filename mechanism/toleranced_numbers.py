@@ -69,11 +69,13 @@ def _numbers(neck: Neck) -> Iterator[TolerancedNumber]:
         for kind, name, path in fields:
             for i in range(count):
                 sigma = getattr(neck.tolerance, kind)
-                yield TolerancedNumber(name.format(i + 1), kind, f"{place} {i + 1}", sigma, _scaled(group, i, path))
+                yield TolerancedNumber(name.format(i + 1), kind, f"{place} {i + 1}", sigma, scaled(group, i, path))
     yield TolerancedNumber("tilt of the base", "tilt", "base", neck.tolerance.tilt, tilted)
 
 
-def _scaled(group: str, place: int, path: tuple[str, ...]) -> Callable[[Neck, float], Neck]:
+def scaled(group: str, place: int, path: tuple[str, ...]) -> Callable[[Neck, float], Neck]:
+    """What changes the number at a path in one of the `motors` or `mechanisms`, counted from 0, by a share of itself."""
+
     def moved(neck: Neck, share: float) -> Neck:
         parts = list(getattr(neck, group))
         if "springs" in path:

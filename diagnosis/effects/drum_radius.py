@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.check_fault import CheckFault
-from diagnosis.effect import DescriptionEffect, Numbers, Shape, with_other_motor
+from diagnosis.effect import DescriptionEffect, Numbers, Shape
 from diagnosis.force_scale import force_scale_columns
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.shown_by import DRUM_TURNS
 from mechanism.description import Neck
 from mechanism.laws import Term
+from mechanism.toleranced_numbers import scaled
 
 Array = NDArray[np.float64]
 
@@ -42,7 +43,7 @@ class DrumRadius(DescriptionEffect):
     order = 9
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
-        return with_other_motor(neck, place, "rd", amount)
+        return scaled("motors", place, ("rd",))(neck, amount)
 
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
         of_lengths = super().columns(recording, shape)

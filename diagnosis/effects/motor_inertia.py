@@ -3,10 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
-from diagnosis.effect import DescriptionEffect, Numbers, with_other_motor
+from diagnosis.effect import DescriptionEffect, Numbers
 from diagnosis.shown_by import MOTOR_ACCELERATION
 from mechanism.description import Neck
 from mechanism.laws import Term
+from mechanism.toleranced_numbers import scaled
 
 
 class MotorInertia(DescriptionEffect):
@@ -30,7 +31,7 @@ class MotorInertia(DescriptionEffect):
     order = 12
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
-        return with_other_motor(neck, place, "Ia", amount)
+        return scaled("motors", place, ("Ia",))(neck, amount)
 
     def true_numbers(self, parameters: Mapping[str, float], truth: Mapping[str, Any], place: int | None) -> Numbers:
         """The truth is a factor."""
