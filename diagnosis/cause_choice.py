@@ -77,7 +77,8 @@ def with_all_causes(
             no_other = _places(after) == _places(last) and last.surplus - after.surplus < by_chance
             if no_other or not _is_better(after, last, by_chance):
                 if added:
-                    given_up |= {offered[i].effect.name: last for i in added}
+                    # of several the best one may have taken the others with it: these are offered again without it
+                    given_up |= {offered[i].effect.name: last for i in (added if alone is None else [alone])}
                     continue
                 after = _without_the_least(fitter, last, choices, [i for i in start if i not in chosen], by_chance)
         if after is None:

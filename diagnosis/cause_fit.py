@@ -140,8 +140,13 @@ class CauseFitter:
     def redrawn(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
         """The same causes fitted anew about the arm as it comes out of a fit: from the drawing straight lines may miss it.
 
-        Where more than noise is left what is known to a tolerance may be anywhere: there nothing is done."""
-        return (self, stage) if leaves_plainly_more(stage.excess) else self._anew(stage, self.whiten, self._h.held)
+        Where more than noise is left what is known to a tolerance may be anywhere: there that is not done. Weights are told anew
+        where noise is louder than they say, as of a cable that seemed soft where the fit began: it would stay there."""
+        fitter = self
+        if not leaves_plainly_more(stage.excess):
+            fitter, stage = self._anew(stage, self.whiten, self._h.held)
+        is_loud = stage.noise_loss > _MAX_NOISE_CHANGE * stage.comparison.row_count
+        return fitter.reweighted(stage) if is_loud else (fitter, stage)
 
     def with_sticking_motors(self, stage: FitStage) -> "tuple[CauseFitter, FitStage]":
         """The same causes fitted anew where rows in which motors rest count by what is seen of friction that holds them."""

@@ -39,14 +39,18 @@ MAX_SHARE_OF_OTHER_FORM = 0.1
 """of what stood above noise: causes that leave less are right but for the form of their laws, however far above noise that is
 (docs/thresholds.md)"""
 
-MIN_SHARE_BESIDE_UNKNOWN = 0.02
-"""of all that is beyond noise: what a cause takes at least that takes hardly more than is left (docs/thresholds.md)"""
+MIN_SHARE_BESIDE_UNKNOWN = 0.05
+"""of the geometric mean of all that is beyond noise and of what is left: a cause that takes less may stand in for something else
+(docs/thresholds.md)"""
 
 MAX_TIMES_OF_STAND_IN = 3.0
-"""times what is left: up to there it is hardly more (docs/thresholds.md)"""
+"""times what is left: what takes more stands in for nothing (docs/thresholds.md)"""
 
 MAX_SHARE_CLEARED = 0.1
 """of what an equation had above noise, that is left where a cause is said to clear it (docs/thresholds.md)"""
+
+_MAX_EXCHANGES = 3
+"""of causes for those that leave far less, after which others are sought once more"""
 
 MAX_TIMES_LEFT = 10.0
 """times the noise, and what another explanation leaves beyond it: causes that leave more are not looked at further
@@ -183,8 +187,8 @@ def _search(
     if not knows_a_law and last.excess.above_noise and _is_outweighed(first, last, fitter.whiten, free_fits):
         # a law whose numbers stay as they were found leaves more beside the right causes than one more law would
         outweighed, last = last if last.causes else None, first
-    last = with_single_places(fitter, last)
-    causes, last = _without_stand_ins(fitter, first, *with_look_alikes(fitter, last))
+    fitter, causes, last = _with_exchanges(fitter, last, free_fits, seed)
+    causes, last = _without_stand_ins(fitter, first, causes, last)
     if causes and last.excess.above_noise:
         fitter, last = fitter.reweighted_by_what_is_left(last)
     elif causes:
@@ -210,6 +214,22 @@ def _search(
     )
 
 
+def _with_exchanges(
+    fitter: CauseFitter, last: FitStage, free_fits: FreeFits, seed: int, rounds: int = _MAX_EXCHANGES
+) -> tuple[CauseFitter, tuple[NamedCause, ...], FitStage]:
+    """Causes with those that explain as much in their place.
+
+    Where one leaves far less than what it takes the place of, and more than noise all the same, others are sought beside it."""
+    last = with_single_places(fitter, last)
+    causes, exchanged = with_look_alikes(fitter, last)
+    is_far_better = exchanged.surplus < ANEW_SHARE * last.surplus
+    if not (rounds and is_far_better and leaves_plainly_more(exchanged.excess)):
+        return fitter, causes, exchanged
+    fitter, last = fitter.with_own_weights(exchanged)
+    fitter, last = with_all_causes(fitter, last, with_effects(last, fitter.whiten), free_fits, seed)
+    return _with_exchanges(fitter, last, free_fits, seed, rounds - 1)
+
+
 def _unlisted(stage: FitStage, whiten: Whitener, free_fits: FreeFits) -> FreeFit | None:
     return free_fits.best(stage, whiten) if leaves_plainly_more(stage.excess) else None
 
@@ -227,13 +247,14 @@ def _is_outweighed(first: FitStage, last: FitStage, whiten: Whitener, free_fits:
 def _without_stand_ins(
     fitter: CauseFitter, first: FitStage, causes: tuple[NamedCause, ...], last: FitStage
 ) -> tuple[tuple[NamedCause, ...], FitStage]:
-    """Without causes that take a small share of all, and hardly more than what is left beside them plainly above noise.
+    """Without causes that take a small share of all, and little beside what is left plainly above noise.
 
     They may mend the form of another one's law, or stand in for what nobody knows. None does that clears an equation: beside it
     another one may hold far more that nobody knows."""
     if not leaves_plainly_more(last.excess):
         return causes, last
-    least = min(MAX_TIMES_OF_STAND_IN * last.surplus, MIN_SHARE_BESIDE_UNKNOWN * first.surplus)
+    left, at_first = max(0.0, last.surplus), max(0.0, first.surplus)
+    least = min(MAX_TIMES_OF_STAND_IN * left, MIN_SHARE_BESIDE_UNKNOWN * np.sqrt(at_first * left))
     small = sorted((i for i, cause in enumerate(causes) if cause.gain < least), key=lambda i: causes[i].gain)
     # two may each take little beside the other, and much together: all at once, else one after the other
     for tried in ([small], [[i] for i in small]):

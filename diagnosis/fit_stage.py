@@ -75,6 +75,22 @@ class FitStage:
         return tuple(out)
 
     @cached_property
+    def sigma_as_shaped(self) -> tuple[Array, ...]:
+        """Of each cause's amounts in its shape as it is, in their units: how sure it is that there is any of it.
+
+        With a power near one a cable that hardens is a stiff one, and beside that no amount is told: but the power is told too."""
+        covariance, arm = self.comparison.covariance(self.fit), self.comparison.linearisation.hypothesis.arm
+        out = []
+        for cause, columns in zip(self.causes, self.columns_of_causes, strict=True):
+            amounts, shape = np.split(np.searchsorted(self.fit.columns, columns), [len(cause.amounts)])
+            both, of_shape = covariance[np.ix_(amounts, shape)], covariance[np.ix_(shape, shape)]
+            by_shape = np.einsum("is,si->i", both, np.linalg.pinv(of_shape) @ both.T) if len(shape) else 0.0
+            variance = np.diag(covariance)[amounts] - by_shape
+            sizes = cause.sizes(arm)[: len(amounts)]
+            out.append(sizes * np.sqrt(np.where(variance > 0, variance, np.inf)))
+        return tuple(out)
+
+    @cached_property
     def widening(self) -> float:
         """Times by which what is left above noise widens each sigma, as it is told."""
         return float(self.excess.ratio.max()) if self.excess.above_noise else 1.0
@@ -125,10 +141,10 @@ class FitStage:
     def untold_within(self, sigmas: float) -> tuple[int, ...]:
         """As `untold`, where nothing is what is within so many standard deviations of it."""
         arm, out = self.comparison.linearisation.hypothesis.arm, []
-        for i, (cause, sigma) in enumerate(zip(self.causes, self.sigma_of_causes, strict=True)):
+        for i, (cause, sigma) in enumerate(zip(self.causes, self.sigma_as_shaped, strict=True)):
             from_nothing = cause.effect.lower_bounds(arm)[list(cause.where.columns)] == 0
             does = np.where(from_nothing, cause.amounts, np.abs(cause.amounts))
-            if np.all(does < sigmas * sigma[: len(does)]):
+            if np.all(does < sigmas * sigma):
                 out.append(i)
         return tuple(out)
 

@@ -47,6 +47,8 @@ LEAD_KG_M3 = 11340.0
 """kg/m^3: no part is denser in the mean"""
 SOFTEST_N_M = 5.0
 """N/m: a softer spring gives way by a length of any mechanism under the weight of a bar; of those in N/mm few are stiffer"""
+LONGEST_SPRING = 3.0
+"""times L + b: as long as no side of a mechanism is, a spring without force would push in every pose"""
 ANY_PART_KG = 0.01
 """kg that a part of the smallest arm may weigh, with axles and pulleys larger than itself"""
 
@@ -124,6 +126,16 @@ class Mechanism(Strict):
             raise ValueError(f"pulleys of r = {self.r} m do not fit: L/2 and b/2 must exceed r")
         if (self.L**2 - self.b**2) ** 0.5 <= self.r:
             raise ValueError(f"pulleys of r = {self.r} m do not fit: the sides are too short even when straight")
+        return self
+
+    @model_validator(mode="after")
+    def _springs_fit(self) -> "Mechanism":
+        longest = max(side.free_length for side in self.springs.sides)
+        if longest > LONGEST_SPRING * (self.L + self.b):
+            raise ValueError(
+                f"springs.free_length of {longest:g} m is {longest / (self.L + self.b):.3g} times L + b = {self.L + self.b:.3g} m, "
+                "which no side is longer than: is it in cm or mm?"
+            )
         return self
 
     @model_validator(mode="after")

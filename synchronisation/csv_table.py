@@ -44,6 +44,8 @@ class CsvFormat:
 PLAIN = CsvFormat()
 
 
+_MANY_CELLS = 1.5
+"""times as many cells as the header has, from which on decimals are parted too"""
 _ROWS_AT_ONCE = 50_000
 """rows that are held as Python's numbers, which take ten times as much memory"""
 
@@ -90,6 +92,17 @@ def read_table(
     return Series(joined.pop(written.time_column), joined)
 
 
+def other_width(line: int, row: Sequence[str], header: Sequence[str]) -> tuple[str, str]:
+    """What is wrong with a row that has not as many cells as the header, and what to do."""
+    what = f"row {line} has {len(row)} cells, the header {len(header)}"
+    if len(row) > _MANY_CELLS * len(header):
+        return (
+            what,
+            "are its decimals written with commas, which part cells too? write points, or part cells by semicolons",
+        )
+    return what, "is it half-written?"
+
+
 def _columns(
     path: Path,
     header: Sequence[str],
@@ -102,7 +115,7 @@ def _columns(
     columns = {name: list[Array]() for name in at}
     for line, row in rows:
         if len(row) != len(header):
-            raise Refused(path, f"row {line} has {len(row)} cells, the header {len(header)}", "is it half-written?")
+            raise Refused(path, *other_width(line, row, header))
         try:
             table.append(row_numbers([row[k] for k in places]))
         except ValueError:

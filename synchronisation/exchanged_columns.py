@@ -25,6 +25,9 @@ _Undone = tuple[str, str, LoggedMotion, list[int]]
 _EXCHANGE = "exchange these columns, or what neck.yaml says of them"
 MAX_SHARE_LEFT = 0.75
 """of what is unexplained of the cables that an exchange is about: what it leaves of it at most, to be named (docs/thresholds.md)"""
+MAX_SHARE_LEFT_AGAINST = 0.35
+"""the same where all motors run against the camera: in a mirrored picture a left cable does nearly as a right one
+(docs/thresholds.md)"""
 MAX_LEFT_OF_CABLE = 0.95
 """of what is unexplained of each of these (docs/thresholds.md)"""
 MAX_LEFT_BY_RIVAL = 1.5
@@ -46,7 +49,7 @@ class Exchange:
 
 
 def exchanged_columns(arm: Arm, motion: LoggedMotion) -> Exchange | None:
-    """The exchange that explains the motion best; None where none does far better than the columns as they are."""
+    """The exchange that explains the motion best, with those that come on top; None where none does far better than no exchange."""
     described = unexplained_winding(motion, range(arm.M))
     good = []
     for words, remedy, undone, cables in (
@@ -57,12 +60,17 @@ def exchanged_columns(arm: Arm, motion: LoggedMotion) -> Exchange | None:
         left = described.copy()
         left[cables] = unexplained_winding(undone, cables)
         if _is_better(left, described):
-            good.append((_rms(left), words, remedy))
+            good.append((_rms(left), words, remedy, undone))
     if not good:
         return None
-    good.sort()
-    least, _, remedy = good[0]
-    words = [words for left, words, _ in good if left <= MAX_LEFT_BY_RIVAL * least]
+    good.sort(key=lambda tried: tried[0])
+    least, best, remedy, undone = good[0]
+    words = [words for left, words, *_ in good if left <= MAX_LEFT_BY_RIVAL * least]
+    more = exchanged_columns(arm, undone)
+    if more is not None and remedy == more.remedy == _EXCHANGE:
+        words, least = [f"{best}; and {more.words}"], more.left
+    if np.all(motion.signs < 0) and least > MAX_SHARE_LEFT_AGAINST * _rms(described):
+        return None
     return Exchange(", or ".join(words), remedy, least, _rms(described))
 
 

@@ -27,6 +27,9 @@ MAX_FORCE_RATIO = 3.0
 FORCE_TOLERANCE = 0.35
 """log of the ratio between a measured factor and a unit's, within which the unit may be it: friction and a load that nobody
 described make a factor smaller by as much (docs/thresholds.md)"""
+MAX_UNEXPLAINED_SHARE = 0.25
+"""of a cable's winding: what travel and force leave at most of one that runs as described, or where angles or times are read
+otherwise than they are said to be (docs/thresholds.md)"""
 MIN_EXPLAINED = 0.6
 """share of the variance that the forces must explain of what the arm needs, before a factor is believed (docs/thresholds.md)"""
 WRONG_WAY_SIGMA = 5.0
@@ -35,15 +38,24 @@ WRONG_WAY_SIGMA = 5.0
 WRONG_WAY = "cables would be the shorter the more they are pulled"
 
 
-def check_forces(neck: Neck, arm: Arm, motion: LoggedMotion, yielding: Array) -> tuple[str, ...]:
-    """Warnings; Refused where forces have the wrong sign, or are in another unit.
+def check_forces(neck: Neck, arm: Arm, motion: LoggedMotion, yielding: Array, unexplained: Array) -> tuple[str, ...]:
+    """Warnings; Refused where forces have the wrong sign, or are in another unit, or a cable does not run as described.
 
-    yielding: (M,), by how many sigmas each cable is the shorter the more it is pulled."""
+    yielding: (M,), by how many sigmas each cable is the shorter the more it is pulled; unexplained: (M,), the share of its winding
+    that travel and force leave."""
     factors = force_factors(arm, motion)
     factor, size = factors.value, np.abs(factors.value)
     reliable = factors.explained > MIN_EXPLAINED and bool(np.all(factors.sigma < MAX_RELATIVE_SIGMA * size))
     wrong_sign = (yielding > WRONG_WAY_SIGMA) | (reliable & (factor < 0))
     warnings = _check_units(neck, size, wrong_sign) if reliable else ()
+    led_otherwise = wrong_sign & (unexplained > MAX_UNEXPLAINED_SHARE)
+    if led_otherwise.any():
+        j = int(np.argmax(led_otherwise))
+        raise Refused(
+            "log",
+            f"theta{j + 1} and f{j + 1} leave {100 * unexplained[j]:.0f} % of cable {j + 1}'s way unexplained, and it seems pushed",
+            f"is cables[{j}].route in neck.yaml as the cable runs, and are theta{j + 1} and f{j + 1} of its motor?",
+        )
     if wrong_sign.any():
         wrong = np.flatnonzero(wrong_sign)
         what = f"{column_names('f', wrong)} {'has' if len(wrong) == 1 else 'have'} the wrong sign: {WRONG_WAY}"

@@ -21,7 +21,7 @@ _OTHER_KINDS = {"M": "dates", "m": "durations", "U": "text", "S": "bytes", "c": 
 """what is no number, by the letter that NumPy has for it"""
 _NO_CONVERSIONS = {"motors.theta_scale": 1.0, "motors.theta_sign": 1, "motors.f_scale": 1.0, "alpha_zero": None}
 """the keys of neck.yaml that say how files are converted, and what converts nothing"""
-_CONVERTING_KEYS = ("theta_scale", "theta_sign", "f_scale")
+_CONVERTING_KEYS = ("theta_scale", "theta_sign", "f_scale", "time_scale")
 
 
 def dataset_from_arrays(

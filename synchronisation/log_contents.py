@@ -14,7 +14,7 @@ from synchronisation.csv_cell import unit_in, with_point
 from synchronisation.csv_header import parted_by_spaces, refuse_header_again
 from synchronisation.csv_layout import layout_of, refuse_lines_above_header
 from synchronisation.csv_lines import numbered_rows
-from synchronisation.csv_table import PLAIN, CsvFormat, unreadable
+from synchronisation.csv_table import PLAIN, CsvFormat, other_width, unreadable
 from synchronisation.encoder_log import LOG_SUFFIXES
 from synchronisation.parquet_table import numeric_columns
 from synchronisation.text_encoding import open_text
@@ -88,6 +88,8 @@ def _csv_contents(path: Path) -> LogContents:
     table = [(line, row) for line, row in rows if len(row) == len(header)]
     units_row = layout.units if layout and table and table[0][0] == layout.units else None
     units = [unit_in(cell) for cell in table.pop(0)[1]] if units_row else []
+    if len(table) < 2 and len(rows) > 1:
+        raise Refused(path, *other_width(*rows[0], header))
     if len(table) < 2:
         raise Refused(path, "has a header and no two rows of numbers", "record longer")
     columns: dict[str, Array] = {}

@@ -189,6 +189,8 @@ def _of_table(path: Path, contents: LogContents, motors: int | None) -> LogMappi
     if not forces:
         of_kinds = (_group(columns, kind, len(angles), prefer_commanded=True) for kind in ("force", "current"))
         unscaled = next(filter(None, of_kinds), ())
+    angles = _by_letters(angles)
+    forces, unscaled = _beside(angles, forces), _beside(angles, unscaled)
     light = next((c for c in columns if c.kind == "light" and {c.low, c.high} <= {0.0, 1.0}), None)
     nanoseconds = nanoseconds_column(columns, contents, time)
     stamps = contents.columns[time.name] * TIME_SCALES.get(time.unit or "s", 1.0)
@@ -198,7 +200,7 @@ def _of_table(path: Path, contents: LogContents, motors: int | None) -> LogMappi
     written = replace(contents.written, time_column=time.name)
     mapping = _mapping(stamps, angles, (forces, unscaled), values, time, light, written, None)
     to_mend = (*mapping.to_mend, *missing_numbers(contents, (*angles, *forces)))
-    doubts = (*doubts_of_times(columns, contents, time), *mapping.doubts)
+    doubts = (*doubts_of_times(columns, contents, time), *_doubts_of_order(angles), *mapping.doubts)
     return replace(mapping, to_mend=to_mend, nanoseconds=nanoseconds, doubts=doubts)
 
 
@@ -303,6 +305,36 @@ def _group(columns: Sequence[Column], kind: str, motors: int | None, prefer_comm
         return first.commanded == prefer_commanded, not unlike, len(group), -len(first.stem.split())
 
     return tuple(max(fitting, key=fitness))
+
+
+def _doubts_of_order(angles: Sequence[Column]) -> tuple[str, ...]:
+    """That nothing says which motor is which, where columns have no numbers."""
+    labels = _labels(angles)
+    return (f"which motor is which: {listed(labels)} are taken for 1 to {len(labels)}",) if labels else ()
+
+
+def _labels(columns: Sequence[Column]) -> list[str]:
+    """What tells each of several columns from the others, where no number does: the words of its name that not all have."""
+    words = [set(column.stem.split()) for column in columns]
+    common = set[str].intersection(*words) if words else set[str]()
+    labels = [" ".join(sorted(of_column - common)) for of_column in words]
+    return labels if len(set(labels)) == len(labels) and all(c.number is None for c in columns) else []
+
+
+def _by_letters(columns: tuple[Column, ...]) -> tuple[Column, ...]:
+    """Columns that one letter each tells apart in the order of the letters, as numbers are; others as they are."""
+    labels = _labels(columns)
+    if not labels or any(len(label) != 1 for label in labels):
+        return columns
+    return tuple(columns[k] for k in np.argsort(labels))
+
+
+def _beside(angles: Sequence[Column], others: tuple[Column, ...]) -> tuple[Column, ...]:
+    """Columns that the same words tell apart as the motors' angles, each beside its own; others as they are."""
+    of_angles, of_others = _labels(angles), _labels(others)
+    if not of_angles or sorted(of_angles) != sorted(of_others):
+        return others
+    return tuple(others[of_others.index(label)] for label in of_angles)
 
 
 def _no_angles(columns: Sequence[Column], motors: int | None) -> tuple[str, str]:

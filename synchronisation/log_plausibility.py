@@ -16,11 +16,12 @@ from mechanism.description import Neck
 from mechanism.neck_template import MOTOR
 from synchronisation.angle_meanings import other_meanings, quarter_turns
 from synchronisation.angles import Angles
+from synchronisation.clocks.coarse_alignment import MIN_OVERLAP_S
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.clocks.usable_frames import MIN_FRAMES
 from synchronisation.encoder_log import uniformly_sampled
 from synchronisation.exchanged_columns import exchanged_columns
-from synchronisation.force_plausibility import WRONG_WAY, WRONG_WAY_SIGMA, check_forces
+from synchronisation.force_plausibility import MAX_UNEXPLAINED_SHARE, WRONG_WAY, WRONG_WAY_SIGMA, check_forces
 from synchronisation.log_regression import (
     MAX_RELATIVE_SIGMA,
     Factors,
@@ -47,9 +48,6 @@ MIRROR_RATIO = 1.15
 the arm is mirrored beyond its inverse, and between them it may be either (docs/thresholds.md)"""
 USUAL_RATES_HZ = (10.0, 12.0, 15.0, 20.0, 24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 240.0)
 """of cameras, that a tracker may have been told wrongly"""
-MAX_UNEXPLAINED_SHARE = 0.25
-"""of each cable's winding: what travel and force leave at most where angles or times are read otherwise than they are said to be
-(docs/thresholds.md)"""
 OTHER_MEANING_RATIO = 1.15
 """ratio of what angles leave unexplained as they are to what they leave by another meaning, beyond which that is theirs
 (docs/thresholds.md)"""
@@ -69,10 +67,10 @@ STUCK_SHARE, MIN_STUCK_M = 0.4, 5e-3
 def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tuple[str, ...]:
     """Warnings; Refused, with what to write into neck.yaml, where theta or f cannot mean what they should.
 
-    Says nothing where log and video do not show one motion, whatever the units: the clock's checks say why."""
+    Says nothing where log and video do not show one motion, whatever the units, or are too short: the clock's checks say why."""
     ordinary = angles.ordinary
     time, alpha = angles.time[ordinary], angles.alpha[ordinary]
-    if len(time) < MIN_FRAMES:
+    if len(time) < MIN_FRAMES or min(np.ptp(time), np.ptp(log.time)) < MIN_OVERLAP_S:
         return ()
     _check_levers(arm)
     even = uniformly_sampled(log)
@@ -102,7 +100,7 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
         return warnings
     if np.any(yielding > WRONG_WAY_SIGMA) and not np.any(yielding < -WRONG_WAY_SIGMA):
         _check_mirrored(arm, time, alpha, even, factors.unexplained)
-    return (*warnings, *check_forces(neck, arm, motion, yielding))
+    return (*warnings, *check_forces(neck, arm, motion, yielding, _unexplained_shares(arm, motion)))
 
 
 def _check_levers(arm: Arm) -> None:
@@ -194,7 +192,12 @@ def _share_if(arm: Arm, time: Array, alpha: Array, log: Series) -> float:
 
 def _unexplained_share(arm: Arm, motion: LoggedMotion) -> float:
     """What travel and force leave of a cable's winding, over the winding itself: of the worst cable."""
-    return float(np.max(unexplained_winding(motion, range(arm.M)) / np.std(motion.winding, axis=0)))
+    return float(np.max(_unexplained_shares(arm, motion)))
+
+
+def _unexplained_shares(arm: Arm, motion: LoggedMotion) -> Array:
+    """The same of each cable, (M,)."""
+    return unexplained_winding(motion, range(arm.M)) / np.std(motion.winding, axis=0)
 
 
 def _check_mirrored(arm: Arm, time: Array, alpha: Array, log: Series, unexplained: float) -> None:

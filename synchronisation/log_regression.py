@@ -227,21 +227,39 @@ def _at_common_instants(
 def _least_squares(columns: Array, values: Array, time: Array) -> tuple[Array, Array, float, float]:
     """Coefficients of columns (K, P), their standard deviations, explained share of values (K,), and RMS of what is left.
 
-    Residuals may be correlated within blocks of time (K,), s: the covariance is by the blocks' scores. The standard deviation of
-    what the columns do not determine is infinite."""
+    Residuals may be correlated within blocks of time (K,), s: the covariance is that of fits without one block each. In short
+    logs few blocks hold what tells a column, and residuals are far smaller than errors there. The standard deviation of what
+    the columns do not determine is infinite."""
     size = np.linalg.norm(columns, axis=0)
     unit = columns / np.where(size > 0, size, 1.0)
     coefficients = np.asarray(np.linalg.lstsq(unit, values, rcond=1e-5)[0], dtype=float)
     residual = values - unit @ coefficients
-    block = ((time - time[0]) // BLOCK_S).astype(int)
-    scores = np.add.reduceat(unit * residual[:, None], np.flatnonzero(np.diff(block, prepend=-1)), axis=0)
     strength, directions = np.linalg.eigh(unit.T @ unit)
     known = strength > _LEAST_STRENGTH * strength[-1]
-    inverse = (directions[:, known] / strength[known]) @ directions[:, known].T
     # a column that others make up, such as a force that never changes beside the constant, is not told at all
     told = np.all(np.abs(directions[:, ~known]) < _UNTOLD_SHARE, axis=1)
-    sigma = np.where(told, np.linalg.norm(scores @ inverse, axis=0), np.inf)
+    spread = _without_each_block(unit @ directions[:, known], residual, time) @ directions[:, known].T
+    sigma = np.where(told, np.sqrt(np.sum(spread**2, axis=0)), np.inf)
     variance = float(np.sum((values - values.mean()) ** 2))
     explained = 1 - float(residual @ residual) / variance if variance > 0 else 0.0
     size = np.where(size > 0, size, 1.0)
     return coefficients / size, sigma / size, explained, float(np.sqrt(np.mean(residual**2)))
+
+
+def _without_each_block(columns: Array, residual: Array, time: Array) -> Array:
+    """Changes of coefficients of columns (K, P), which leave residuals (K,), without each block of time, (B, P).
+
+    Their squares sum up to the variance."""
+    block = ((time - time[0]) // BLOCK_S).astype(int)
+    begins = np.flatnonzero(np.diff(block, prepend=-1))
+    ends = np.append(begins[1:], len(block))
+    scores = np.add.reduceat(columns * residual[:, None], begins, axis=0)
+    parts = np.stack([columns[b:e].T @ columns[b:e] for b, e in zip(begins, ends, strict=True)])
+    others = np.linalg.pinv(columns.T @ columns - parts, rcond=_LEAST_STRENGTH, hermitian=True)
+    changes = -np.einsum("bij,bj->bi", others, scores)
+    count = len(begins)
+    return (
+        np.sqrt((count - 1) / count) * (changes - changes.mean(axis=0))
+        if count > 1
+        else np.full((1, columns.shape[1]), np.inf)
+    )

@@ -46,7 +46,7 @@ def force_units(motor: Motor) -> list[Unit]:
         Unit("newtons on the cable", 1.0),
         Unit("millinewtons", 1e-3),
         Unit("kilonewtons", 1e3),
-        Unit("kilograms of force", 9.80665),
+        Unit("kilograms of force, or daN (then 10)", 9.80665),
         Unit("N m of the motor", motor.R / motor.rd),
         Unit("mN m of the motor", 1e-3 * motor.R / motor.rd),
         Unit("N m of the drum", 1 / motor.rd),

@@ -98,12 +98,21 @@ def row_of_reset(time: Array, theta: Array) -> int:
     between = np.diff(time)
     if len(between) < 2 or not theta.shape[1]:
         return 0
-    rows = np.maximum(between / np.median(between), 1.0)  # over missing rows motors move on
+    # over missing rows motors move on, and over repeated ones, but for those with which the log begins
+    rows = np.maximum(between / np.median(between), 1.0) + _repeated_before(np.all(np.diff(theta, axis=0) == 0, axis=1))
     steps = np.abs(np.diff(theta, axis=0)) / rows[:, None]
     row = int(np.argmax(steps[:, 0]))
     others = np.max(np.delete(steps, row, axis=0), axis=0)
     is_reset = bool(np.all(steps[row] > MIN_LEAP_RATIO * others)) and row < MAX_RESET_SHARE * len(time)
     return row + 1 if is_reset else 0
+
+
+def _repeated_before(equal: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """How many steps (S,) in turn, right before each, go nowhere; none of those with which all begins."""
+    steps = np.arange(len(equal))
+    last = np.maximum.accumulate(np.where(equal, -1, steps))  # the last one that went somewhere
+    before = np.r_[-1, last[:-1]]
+    return np.where(before >= 0, steps - 1 - before, 0)
 
 
 def _periods(motor: Motor) -> list[float]:

@@ -28,6 +28,8 @@ def motor_channel(
     """Columns theta, f and led as logged, from the one topic that holds the motors: by their joints' names, or by their number.
 
     faults: what is wrong with each topic that could not be read. Raises Refused where no topic holds the motors, or several do."""
+    if is_dataset(logs):
+        raise Refused(path, *IS_DATASET)
     joints = [motor.joint for motor in neck.motors if motor.joint is not None]
     topics = {joint: topic for joint in joints for topic in (*logs, *faults) if joint.startswith(f"/{topic}/")}
     for topic in topics.values():
@@ -71,8 +73,6 @@ def _not_one_channel(
     count = f"{len(fitting)} channels" if fitting else "no channel"
     what = f"{count} with {expected} ({held})"
     names = {name for log in logs.values() for name in log.names}
-    if not fitting and is_dataset(logs):
-        return IS_DATASET
     if not fitting and (told := other_kind(names, angles_expected=False)):
         return told
     if not fitting and _spread_over_topics(logs, joints, motors):

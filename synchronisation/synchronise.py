@@ -18,6 +18,7 @@ from synchronisation.angles import Angles
 from synchronisation.check.check import check_elongations
 from synchronisation.clocks.clock import fit_clock
 from synchronisation.clocks.clock_estimate import ClockEstimate
+from synchronisation.clocks.late_forces import with_acting_forces
 from synchronisation.clocks.usable_frames import GAP_MARGIN_S
 from synchronisation.encoder_log import uniformly_sampled
 from synchronisation.log_plausibility import check_log_meaning
@@ -70,7 +71,8 @@ def synchronise(
     logged = frames.clear_of(clock.repaired.gaps, GAP_MARGIN_S)
     check = dict(UNCHECKED)
     if has_force:
-        check = check_elongations(arm, state, logged, clock.offset_sigma, tolerance=neck.tolerance).as_json()
+        acting = with_acting_forces(state, clock.delay[0] if clock.delay else 0.0)
+        check = check_elongations(arm, acting, logged, clock.offset_sigma, tolerance=neck.tolerance).as_json()
     bridged = {"rows_bridged": int(estimate.bridged.any(axis=1).sum())}
     return DataSet(
         neck=neck,

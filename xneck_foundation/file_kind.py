@@ -29,6 +29,7 @@ class FileKind:
 
 _INSTEAD_OF_VIDEO = "give a table or an MCAP here; `xneck extract` makes angles of a video"
 
+_UTF_16_NAME, _AS_UTF_8 = "text in UTF-16", "save it as UTF-8"
 _KINDS = (
     FileKind(b"\x89MCAP0\r\n", "an MCAP file", ".mcap"),
     FileKind(b"PAR1", "a Parquet file", ".parquet"),
@@ -47,9 +48,10 @@ _KINDS = (
     FileKind(b"ftyp", "a video", do=_INSTEAD_OF_VIDEO, at=4),
     FileKind(b"\x1a\x45\xdf\xa3", "a video", do=_INSTEAD_OF_VIDEO),
     FileKind(b"AVI LIST", "a video", do=_INSTEAD_OF_VIDEO, at=8),
-    FileKind(b"\xff\xfe", "text in UTF-16", do="save it as UTF-8"),
-    FileKind(b"\xfe\xff", "text in UTF-16", do="save it as UTF-8"),
+    FileKind(b"\xff\xfe", _UTF_16_NAME, do=_AS_UTF_8),
+    FileKind(b"\xfe\xff", _UTF_16_NAME, do=_AS_UTF_8),
 )
+_UTF_16 = _KINDS[-1]
 
 
 def refuse_other_kind(path: Path, readable: Sequence[str]) -> None:
@@ -68,4 +70,7 @@ def known_kind(path: Path) -> FileKind | None:
             head = stream.read(32)
     except OSError as error:
         raise Refused(path, f"cannot be read ({error.strerror or error})") from error
-    return next((kind for kind in _KINDS if head.startswith(kind.begins, kind.at)), None)
+    known = next((kind for kind in _KINDS if head.startswith(kind.begins, kind.at)), None)
+    # letters of Western languages have a zero beside each in UTF-16
+    is_utf_16 = len(head) > 1 and any(head[0::2]) != any(head[1::2])
+    return known or (_UTF_16 if is_utf_16 else None)

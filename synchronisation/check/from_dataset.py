@@ -6,11 +6,13 @@ import numpy as np
 
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import FrameAngles, frame_angles
+from identification.dataset.series import Series
 from mechanism.arm import Arm
 from state_estimation.motors import motors_in
 from synchronisation.check.check import Baseline, Check, baseline_of, check_elongations, not_healthy
 from synchronisation.check.faults import EXCHANGES
 from synchronisation.check.residual_clock import find_clock_fault, shifted_frames
+from synchronisation.clocks.late_forces import with_acting_forces
 from synchronisation.clocks.usable_frames import GAP_MARGIN_S
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_blas_thread import one_blas_thread
@@ -43,19 +45,20 @@ def check_dataset(data: DataSet, baseline: DataSet | None = None, where: str = "
     if baseline is not None:
         _check_same_arm(arm, baseline.arm, where)
         frames = _logged_frames(baseline)
-        healthy = baseline_of(arm, baseline.state, frames, _clock_sigma(baseline), where, data.neck.tolerance)
-        clock_fault = find_clock_fault(arm, frames, motors_in(baseline.state), fv)
+        state = _acting_state(baseline)
+        healthy = baseline_of(arm, state, frames, _clock_sigma(baseline), where, data.neck.tolerance)
+        clock_fault = find_clock_fault(arm, frames, motors_in(state), fv)
         if clock_fault is not None:
             raise not_healthy(where, clock_fault)
-    frames = _logged_frames(data)
-    check = check_elongations(arm, data.state, frames, _clock_sigma(data), healthy, data.neck.tolerance)
+    frames, state = _logged_frames(data), _acting_state(data)
+    check = check_elongations(arm, state, frames, _clock_sigma(data), healthy, data.neck.tolerance)
     if check.faults and check.faults[0]["fault"] in EXCHANGES:
         return check
-    clock_fault = find_clock_fault(arm, frames, motors_in(data.state), fv)
+    clock_fault = find_clock_fault(arm, frames, motors_in(state), fv)
     if clock_fault is None:
         return check
     shifted = shifted_frames(frames, clock_fault)
-    remaining = check_elongations(arm, data.state, shifted, clock_fault["sigma"], healthy, data.neck.tolerance)
+    remaining = check_elongations(arm, state, shifted, clock_fault["sigma"], healthy, data.neck.tolerance)
     return replace(remaining, faults=(clock_fault, *remaining.faults))
 
 
@@ -75,6 +78,11 @@ def _check_same_arm(arm: Arm, other: Arm, where: str) -> None:
 def _logged_frames(data: DataSet) -> FrameAngles:
     """The frames of a data set that are clear of the gaps of its log."""
     return frame_angles(data).clear_of(data.clock.get("log_gaps", ()), GAP_MARGIN_S)
+
+
+def _acting_state(data: DataSet) -> Series:
+    """The state with forces where they act, as far as the clock's record tells."""
+    return with_acting_forces(data.state, float(data.clock.get("force_delay_s") or 0.0))
 
 
 def _clock_sigma(data: DataSet) -> float:

@@ -191,7 +191,8 @@ def shift_near(
 
 def _align(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
     """The shift of the correlation's peak, by a parabola through its top."""
-    correlation, *of_cables = _normalised_cross_correlations(video, log)
+    correlations, lively = _normalised_cross_correlations(video, log)
+    correlation, *of_lively_cables = np.where(lively, correlations, 0.0)
     lags = np.arange(len(correlation)) - (len(video.values) - 1)
     best = int(np.argmax(correlation))
     away = np.abs(lags - lags[best]) > MIN_PEAK_SEPARATION_S * SPEED_RATE_HZ
@@ -205,17 +206,20 @@ def _align(video: CableSpeeds, log: CableSpeeds) -> CoarseAlignment:
         shift=log.first - video.first + float(lags[best] + fraction) / SPEED_RATE_HZ,
         correlation=float(correlation[best]),
         second_peak=second,
-        cable_correlation=np.array([curve[~away].max() for curve in of_cables]),
-        cable_peak=np.array([curve.max() for curve in of_cables]),
-        cable_peak_shift=np.array([(lags[int(np.argmax(curve))] - lags[best]) / SPEED_RATE_HZ for curve in of_cables]),
+        cable_correlation=correlations[1:, ~away].max(axis=1),
+        cable_peak=np.array([curve.max() for curve in of_lively_cables]),
+        cable_peak_shift=np.array(
+            [(lags[int(np.argmax(curve))] - lags[best]) / SPEED_RATE_HZ for curve in of_lively_cables]
+        ),
         span=(video.first, video.last),
     )
 
 
-def _normalised_cross_correlations(video: CableSpeeds, log: CableSpeeds) -> Array:
+def _normalised_cross_correlations(video: CableSpeeds, log: CableSpeeds) -> tuple[Array, NDArray[np.bool_]]:
     """Correlation of the speeds of video (T, M) and log (S, M) over all lags of the log, where both are known, (1 + M, T + S - 1).
 
-    Of all cables together, then of each. Zero where too little of either overlaps, or moves in the overlap."""
+    Of all cables together, then of each; zero where too little overlaps. Beside it where enough moves in the overlap: of a video
+    that is longer than the log, a part of what moves in an average stretch as long as the log."""
     a, b = video.values.T, log.values.T
     m, lags = len(a), a.shape[1] + b.shape[1] - 1
     size = next_fast_len(lags, real=True)
@@ -233,5 +237,6 @@ def _normalised_cross_correlations(video: CableSpeeds, log: CableSpeeds) -> Arra
     of_all = [np.r_[np.sum(v**2), np.sum(v**2, axis=1)][:, None] for v in (a, b)]
     out = product / np.sqrt(np.maximum(video_energy * log_energy, 1e-300))
     min_rows = min(MIN_OVERLAP_S * SPEED_RATE_HZ, 0.5 * a.shape[1])
-    out[(overlap < min_rows) | (video_energy < 0.2 * of_all[0]) | (log_energy <= 1e-6 * of_all[1])] = 0.0
-    return out
+    min_energy = 0.2 * min(1.0, b.shape[1] / a.shape[1]) * of_all[0]
+    out[(overlap < min_rows) | (log_energy <= 1e-6 * of_all[1])] = 0.0
+    return out, video_energy >= min_energy

@@ -12,7 +12,13 @@ from scipy.optimize import linear_sum_assignment
 from scipy.signal import correlate
 
 from mechanism.arm import Arm
-from synchronisation.clocks.coarse_alignment import CableSpeeds, CoarseAlignment, cable_speeds
+from synchronisation.clocks.coarse_alignment import (
+    MIN_OVERLAP_S,
+    SPEED_RATE_HZ,
+    CableSpeeds,
+    CoarseAlignment,
+    cable_speeds,
+)
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.swapped_order import order_words
 from xneck_foundation.errors import Refused
@@ -29,6 +35,8 @@ EXCHANGE_CORRELATION = 0.9
 """correlation that an exchange must bring before it is named (docs/thresholds.md)"""
 MIN_LEAD = 0.03
 """difference of correlation by which an exchange must lead over another to exclude it (docs/thresholds.md)"""
+MIN_OVERLAP_SHARE = 0.5
+"""of the shorter one of log and video, that an exchange is sought in (docs/thresholds.md)"""
 MAX_PERMUTED_JOINTS = 4
 """number of joints up to which all orders and signs of the angles are tried (docs/thresholds.md)"""
 MOVING_SHARE = 0.1
@@ -44,7 +52,9 @@ def check_labels(
 
     time (F,), s, and alpha (F, N), rad, are the angles that the speeds of the video were computed from.
     """
-    speed = np.std(video.values, axis=0)
+    # a log may hold a stretch in which some cables rest
+    within = video.rows((log.first - alignment.shift, log.last - alignment.shift))
+    speed = np.std(video.values[within] if within.stop - within.start > 1 else video.values, axis=0)
     moving = speed > MOVING_SHARE * speed.max()
     contradicting = np.any(moving & (alignment.cable_correlation < MIN_CABLE_CORRELATION))
     if alignment.correlation >= MIN_CORRELATION and not contradicting:
@@ -57,7 +67,12 @@ def check_labels(
                 f"log and video fit only with an exchange, but more than one would do: {words}, or {rivals[0]}",
                 "check markers.on_bars, theta_sign and the order of the log's columns",
             )
-        raise Refused("sync", f"log and video do not fit: {words}", "correct that, and synchronise again")
+        forces = (
+            " (f too, where motors are exchanged and not theta alone)"
+            if "theta" in words and "swapped" in words
+            else ""
+        )
+        raise Refused("sync", f"log and video do not fit: {words}", f"correct that{forces}, and synchronise again")
     _check_cables(alignment, moving)
     what = f"log and video do not show the same motion (best correlation of cable speeds {alignment.correlation:.2f})"
     remedy = "are they of the same recording, and do they overlap?"
@@ -121,8 +136,14 @@ def _pairings(a: Array, b: Array) -> Iterator[tuple[float, list[tuple[int, int]]
     Cables that are each other's mirror images run against each other, all but alike: that they are swapped, and that both run
     the other way, explain the same log nearly as well.
     """
-    size = np.sqrt(np.sum(a**2, axis=0))[:, None] * np.sqrt(np.sum(b**2, axis=0))
-    every = np.stack([[correlate(q, p, method="fft") for q in b.T] for p in a.T]) / np.maximum(size, 1e-12)[..., None]
+    every = np.stack([[correlate(q, p, method="fft") for q in b.T] for p in a.T])
+    # a log may hold a part of the video, or the video a part of the log
+    energy_a = np.stack([correlate(np.ones(len(b)), p, method="fft") for p in a.T**2])
+    energy_b = np.stack([correlate(q, np.ones(len(a)), method="fft") for q in b.T**2])
+    overlap = correlate(np.ones(len(b)), np.ones(len(a)), method="fft")
+    enough = overlap > max(MIN_OVERLAP_S * SPEED_RATE_HZ, MIN_OVERLAP_SHARE * min(len(a), len(b)))
+    size = np.sqrt(np.maximum(energy_a[:, None] * energy_b, 0.0))
+    every = np.where(enough, every / np.maximum(size, 1e-12), 0.0)
     # the lag at which most columns have a partner
     table = every[:, :, int(np.argmax(np.abs(every).max(axis=1).sum(axis=0)))]
     yield _paired(table, *linear_sum_assignment(-np.abs(table)))

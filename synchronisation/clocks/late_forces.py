@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.dataset.series import Series, interpolated, numbered_columns
 from synchronisation.clocks.fine_alignment import MAX_MISFIT_RATIO, FineAlignment, clock_misfit
 from synchronisation.clocks.signals import LogSignals
 from synchronisation.clocks.undetermined import ClockUndetermined
@@ -33,6 +34,16 @@ Aligning = Callable[[LogSignals, FineAlignment], FineAlignment]
 """the clock by other signals of the log, from a start"""
 Refitting = Callable[[LogSignals, FineAlignment], ClockUnknowns]
 """a fit to other signals of the log with all that another one assumes"""
+
+
+def with_acting_forces(series: Series, delay: float) -> Series:
+    """A series with forces where they act, `delay` s after the rows that say them; a delay that equations take as it is stays."""
+    f = series.matrix("f")
+    if abs(delay) <= LINEAR_DELAY_S or not f.shape[1]:
+        return series
+    return Series(
+        series.time, {**series.columns, **numbered_columns("f", interpolated(series.time - delay, series.time, f))}
+    )
 
 
 def despite_late_forces(

@@ -15,6 +15,8 @@ MIN_GAP_S = 0.01
 """s without a true row that make a gap; shorter ones are bridged (docs/thresholds.md)"""
 LONG_GAP_S = 0.5
 """s without a true row from which on a person is told of a gap (docs/thresholds.md)"""
+MIN_REPEATED_SHARE = 0.01
+"""of the rows: from there on a person is told that they repeat (docs/thresholds.md)"""
 MIN_GAP_STEPS = 1.5
 """steps of the log between two rows that make a gap, however slow the log is: a row is missing (docs/thresholds.md)"""
 
@@ -35,7 +37,19 @@ class RepairedLog:
         return clear_of_gaps(time, self.gaps, margin)
 
     def warnings(self) -> tuple[str, ...]:
-        """Of gaps of LONG_GAP_S and more: where the first is, how many there are, and how long all of them last."""
+        """Of repeated rows, and of gaps of LONG_GAP_S and more: where the first is, how many there are, and how long they last."""
+        return (*self._of_repeated_rows(), *self._of_gaps())
+
+    def _of_repeated_rows(self) -> tuple[str, ...]:
+        rows = len(self.log) + self.repeated_rows
+        if self.repeated_rows < MIN_REPEATED_SHARE * rows:
+            return ()
+        return (
+            f"{self.repeated_rows} of {rows} rows of the log repeat the one before, all columns, while motors moved on: "
+            "they are left out; write a row when the drive has a new sample",
+        )
+
+    def _of_gaps(self) -> tuple[str, ...]:
         long = [(begin, end) for begin, end in self.gaps if end - begin >= LONG_GAP_S]
         if not long:
             return ()
@@ -48,9 +62,10 @@ def repair_log(log: Series) -> RepairedLog:
     """Drops repeated samples (the first of each is true) and finds the gaps."""
     true = sampled_rows(log)
     repaired = log if true.all() else log.part(true)
-    steps = np.diff(log.time)
-    step = float(np.median(steps))
-    gaps = np.flatnonzero(np.diff(repaired.time) > max(MIN_GAP_S, MIN_GAP_STEPS * step))
+    step = float(np.median(np.diff(log.time)))
+    between = np.diff(repaired.time)
+    # where rows repeat each sample several times the log is as slow as its samples
+    gaps = np.flatnonzero(between > max(MIN_GAP_S, MIN_GAP_STEPS * float(np.median(between))))
     return RepairedLog(
         log=repaired,
         repeated_rows=int(np.sum(~true)),

@@ -31,6 +31,7 @@ from synchronisation.clocks.lost_frames import decode_lost_frames, lost_frames_o
 from synchronisation.clocks.signals import LogSignals
 from synchronisation.clocks.undetermined import ClockUndetermined
 from synchronisation.clocks.usable_frames import EDGE_S, MIN_FRAMES, usable_frames
+from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
@@ -53,7 +54,7 @@ DECODING_CABLE_ERROR_M = 5e-5
 INDEPENDENT_ERRORS_HZ = 30.0
 """Hz: errors of the cables' law last so long that frames of a faster camera share them (docs/thresholds.md)"""
 
-TOO_SLOW = "the motion is too slow to tell whether frames were lost"
+TOO_SLOW = "whether frames were lost is not told: the motion is too slow, or cables do not follow it as described"
 GAPS = "gaps of the log leave open whether frames were lost"
 
 
@@ -95,9 +96,16 @@ class AlignedMotion:
             return None
 
     def check_alternative_arms(self, lost: LostFrames, *offsets: float) -> None:
-        """Refused where the cables of another arm fit better, from any of the offsets, s."""
+        """Refused where the cables of another arm fit better, from any of the offsets, s: with these losses, and without any.
+
+        Losses that laws of another form feign leave much unexplained of the right arm."""
         problem = ClockProblem(self.signals, self.usable(lost, offsets[0]), self.fv)
-        check_alternative_arms(self.arm, problem, offsets, REPORTED.law)
+        try:
+            check_alternative_arms(self.arm, problem, offsets, REPORTED.law)
+        except Refused:
+            if not lost.losses:
+                raise
+            self.check_alternative_arms(self.no_loss, self.coarse.shift)
 
 
 def align_with_lost_frames(motion: AlignedMotion) -> tuple[LostFrames, FineAlignment, list[str]]:

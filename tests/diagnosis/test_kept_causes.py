@@ -1,4 +1,4 @@
-"""Which causes stay though their numbers are told badly, and where: decided on stages made up."""
+"""Which causes stay though their numbers are told badly, where, and when others are sought: decided on stages made up."""
 
 from types import SimpleNamespace
 from typing import Any, cast
@@ -61,12 +61,14 @@ def test_a_cause_sits_alone_where_the_others_have_next_to_nothing(
     ("takes", "of_all", "cleared", "stays"),
     [
         (1.2, 1e-4, False, False),  # a play that mends the form of friction of pulleys
+        (0.2, 0.003, False, False),  # bristles that mend a lag
         (5.0, 1e-4, False, True),
+        (1.7, 0.007, False, True),  # cables that harden, where a payload is 99 % of all
         (1.2, 0.03, False, True),  # a part of all that is no small one
         (1.2, 1e-4, True, True),  # an equation that had four times noise has none any more
     ],
 )
-def test_what_takes_hardly_more_than_is_left_and_little_of_all_is_no_cause(
+def test_what_takes_little_of_all_and_of_what_is_left_is_no_cause(
     takes: float, of_all: float, cleared: bool, stays: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """takes: times what is left."""
@@ -81,3 +83,37 @@ def test_what_takes_hardly_more_than_is_left_and_little_of_all_is_no_cause(
     first = cast("Any", SimpleNamespace(surplus=gain / of_all))
     kept, stage = cause_search._without_stand_ins(cast("Any", None), first, cast("Any", causes), last)
     assert (len(kept), stage) == ((2, last) if stays else (1, rest))
+
+
+@pytest.mark.parametrize(
+    ("surpluses", "ratio", "choices"),
+    [
+        ([1000.0], 4.0, 0),  # none explains as much as what was chosen
+        ([600.0], 4.0, 0),  # a little more than that
+        ([400.0, 300.0], 4.0, 1),  # far more: what was chosen beside it was chosen beside the wrong one
+        ([400.0, 300.0], 1.2, 0),  # and nothing else is there
+        ([400.0, 100.0, 30.0, 9.0], 4.0, 3),  # not without end
+    ],
+)
+def test_others_are_sought_beside_what_leaves_far_less_in_the_place_of_another(
+    surpluses: list[float], ratio: float, choices: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stage(surplus: float) -> Any:
+        made = left(ratio)
+        made.surplus = surplus
+        return made
+
+    exchanged, sought = iter(map(stage, surpluses)), list[Any]()
+    fitter = cast("Any", SimpleNamespace(whiten=None, with_own_weights=lambda stage: (fitter, stage)))
+
+    def chosen(fitter: Any, last: Any, *_: object) -> tuple[Any, Any]:
+        sought.append(last)
+        return fitter, last
+
+    monkeypatch.setattr(cause_search, "with_single_places", lambda fitter, last: last)
+    monkeypatch.setattr(cause_search, "with_look_alikes", lambda fitter, last: ((), next(exchanged)))
+    monkeypatch.setattr(cause_search, "with_effects", lambda last, whiten: None)
+    monkeypatch.setattr(cause_search, "with_all_causes", chosen)
+    *_, last = cause_search._with_exchanges(fitter, stage(1000.0), cast("Any", None), seed=0)
+    assert [each.surplus for each in sought] == surpluses[:choices]
+    assert last.surplus == surpluses[choices]

@@ -93,6 +93,10 @@ def test_the_sample_is_read() -> None:
         ({"motors__0__theta_sign": 2}, ["motors[0].theta_sign"]),
         ({"mechanisms__0__b": "0.05"}, ["mechanisms[0].b", "number"]),
         ({"xneck": 2}, ["xneck"]),
+        (
+            {"mechanisms__1__springs__free_length": 3.1},
+            ["mechanisms[1]: springs.free_length of 3.1 m is", "which no side is longer than: is it in cm or mm?"],
+        ),
         ({"tolerance": {"masses": 0.02}}, ["tolerance.masses: unknown key, did you mean mass?"]),
         ({"tolerance": {"tilt": 0.3}}, ["tolerance.tilt: 0.3 rad are 17.2 deg; if 0.3 deg are meant, write 0.00524"]),
         ({"gravity": [0.0, 0.0, -9.81]}, ["gravity: expected at most 2, found 3"]),

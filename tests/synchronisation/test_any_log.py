@@ -1,7 +1,7 @@
 """Logs with columns, units, signs and formats of their own: what is found in them is what was put in, and they are read alike."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -115,6 +115,36 @@ def test_measured_angles_and_commanded_forces_are_taken(tmp_path: Path) -> None:
     mapping = map_log(log, read_contents(log), 4)
     assert [a.name for a in mapping.angles] == [f"pos_act{j}" for j in (1, 2, 3, 4)]
     assert [f.name for f in mapping.forces] == [f"force_cmd{j}" for j in (1, 2, 3, 4)]
+
+
+@pytest.mark.parametrize(
+    ("angles", "forces", "order"),
+    [
+        ("BADC", "CADB", "ABCD"),  # letters are an order, as numbers are
+        (("left", "right", "upper", "lower"), ("upper", "right", "left", "lower"), ("left", "right", "upper", "lower")),
+    ],
+)
+def test_each_motors_force_is_beside_its_angle(
+    angles: Sequence[str], forces: Sequence[str], order: Sequence[str], tmp_path: Path
+) -> None:
+    """Columns without numbers were taken in the file's order: one motor's angle beside another one's force."""
+    series = truth()
+    theta = {name: series.columns[f"theta{j + 1}"] for j, name in enumerate(order)}
+    f = {name: series.columns[f"f{j + 1}"] for j, name in enumerate(order)}
+    columns = [("t", series.time), *((f"q_{name} [rad]", theta[name]) for name in angles)]
+    log = table(tmp_path / "log.csv", [*columns, *((f"F_{name} [N]", f[name]) for name in forces)])
+    mapping = map_log(log, read_contents(log), 4)
+    assert [column.name for column in mapping.angles] == [f"q_{name} [rad]" for name in order]
+    assert [column.name for column in mapping.forces] == [f"F_{name} [N]" for name in order]
+    assert any(doubt.startswith("which motor is which") for doubt in mapping.doubts)
+
+
+def test_decimals_that_are_parted_as_cells_are_is_what_is_wrong(tmp_path: Path) -> None:
+    """It was said to lack rows, and to be half-written."""
+    log = table(tmp_path / "log.csv", [("time", truth().time), *truth().columns.items()], ",", ",")
+    for read in (lambda: read_log(log, NECK), lambda: read_contents(log)):
+        with pytest.raises(Refused, match=r"row 2 has 1\d cells, the header 9; are its decimals written with commas"):
+            read()
 
 
 def test_pauses_are_found(tmp_path: Path) -> None:
@@ -274,6 +304,8 @@ def test_durations_of_a_parquet_are_seconds_and_a_wrong_column_is_the_one_that_i
         (b"ARROW1\0\0", "an Arrow", "export it as CSV"),
         (b"PK\x03\x04", r"a ZIP archive, as \.xlsx", "export it as CSV"),
         ("time,theta1\n".encode("utf-16"), "text in UTF-16", "save it as UTF-8"),
+        ("time,theta1\n0.002,1.5\n0.004,1.6\n".encode("utf-16-le"), "text in UTF-16", "save it as UTF-8"),
+        ("time,theta1\n0.002,1.5\n0.004,1.6\n".encode("utf-16-be"), "text in UTF-16", "save it as UTF-8"),
     ],
 )
 def test_a_file_of_another_kind_that_is_called_csv_is_named_by_its_true_kind(

@@ -87,6 +87,18 @@ def test_forces_in_another_order_are_named_with_whose_each_is(
     assert {(int(k) - 1, int(j) - 1) for k, j in told} == {(k, j) for k, j in enumerate(order) if k != j}
 
 
+def test_motors_in_reverse_order_are_named_both_pairs(recording: tuple[Angles, Series]) -> None:
+    """The first pair alone was named, and what was left to do found at the next try."""
+    angles, log = recording
+    turned = {stem: numbered_columns(stem, log.matrix(stem)[:, ::-1]) for stem in ("theta", "f")}
+    with pytest.raises(
+        Refused, match=r"sync: motors (\d) and (\d) are swapped, theta and f; and motors (\d) and (\d)"
+    ) as refusal:
+        check_log_meaning(NECK, ARM, angles, Series(log.time, turned["theta"] | turned["f"]))
+    found = re.findall(r"motors (\d) and (\d) are swapped", str(refusal.value))
+    assert {frozenset(pair) for pair in found} == {frozenset("14"), frozenset("23")}
+
+
 OF_BARS = "alpha1..3 are angles of the bars in the picture, not from bar to bar"
 FROM_TIP = "alpha1..3 are counted from the tip"
 

@@ -82,8 +82,14 @@ def test_joint_angles_and_data_sets_are_named_in_the_place_of_the_log(motors: in
         map_log(LOG, LogContents(topics={"angles": angles}), motors)
     with pytest.raises(Refused, match="is a data set of `xneck sync`, not the motors' log"):
         map_log(LOG, LogContents(topics=dict.fromkeys(("log", "state", "fasquelle"), angles)), motors)
-    with pytest.raises(Refused, match="is a data set of `xneck sync`, not the motors' log"):
-        motor_channel(dict.fromkeys(("log", "state", "fasquelle"), angles), NECK, LOG)
+    # of an arm of two joints angles and sigmas are as many columns as motors
+    of_two = JointStateChannel(named[:2] + named[3:5], angles.time, np.ones((1500, 4)), None)
+    for channels in (
+        dict.fromkeys(("log", "state", "fasquelle"), angles),
+        {"angles": of_two, "state": angles, "fasquelle": angles},
+    ):
+        with pytest.raises(Refused, match="is a data set of `xneck sync`, not the motors' log"):
+            motor_channel(channels, NECK, LOG)
     forces = JointStateChannel(named, angles.time, angles.position, np.ones((1500, 6)))
     assert map_log(LOG, LogContents(topics={"winches": forces}), motors).angles[0].name == "alpha1"
 

@@ -41,3 +41,15 @@ def test_arrays_as_they_were_logged_are_refused_by_what_is_to_be_done_with_them(
     says = r"theta is in degrees.*convert the arrays, or let xneck\.read_log read the log's file"
     with pytest.raises(Refused, match=says):
         again(CONVERTED, data, np.degrees(1.0))
+
+
+def test_times_of_arrays_are_not_to_be_scaled_by_the_description(data: DataSet) -> None:
+    """Its time_scale is for files: what was to be written there changed nothing."""
+    log, frames = data.log, data.angles
+    with pytest.raises(
+        Refused, match=r"time is in milliseconds.*; convert the arrays, or let xneck\.read_log"
+    ) as refusal:
+        dataset_from_arrays(
+            NECK, frames.time, frames.matrix("alpha"), 1e3 * log.time, log.matrix("theta"), log.matrix("f")
+        )
+    assert "multiply time by 0.001" in str(refusal.value)

@@ -38,7 +38,9 @@ class DataSetOutput(OutputFile):
         path = super().convert(value, param, ctx)
         if path.suffix.lower() in _OTHER_FORMATS:
             what = f"would be an MCAP, whatever {path.suffix} says"
-            raise Refused(path, what, f"call it {path.with_suffix('.mcap').name}; `xneck export` writes other formats")
+            raise Refused(
+                path, what, f"call it {path.with_suffix('.mcap').name}; `--export` writes other formats beside it"
+            )
         return path
 
 

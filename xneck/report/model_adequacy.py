@@ -40,8 +40,9 @@ class ModelAdequacy:
                 f"({self.channel}; a true model stays below {below} in 95 of 100 recordings)."
             )
         return (
-            f"The model does not explain this arm: it simulates {self.channel} at {number_text(self.ratio, 3)} times noise, where "
-            f"a true model stays below {below}."
+            f"The model does not explain this arm as it is drawn: it simulates {self.channel} at {number_text(self.ratio, 3)} "
+            f"times noise, where a true model stays below {below}. That may be a drawing off within its tolerance, or a cause: "
+            "a diagnosis tells them apart."
         )
 
     def as_json(self) -> dict[str, Any]:

@@ -301,6 +301,16 @@ def test_a_clock_that_is_wrong_is_named(
     assert usable(result) is False
 
 
+def test_forces_that_act_long_after_their_rows_are_no_wrong_clock(made: ClockRecording, cases: list[FaultCase]) -> None:
+    """`sync` found how late they act. Without what it found the check finds fault."""
+    data = as_data_set(made, cases[0], 0.0, True)
+    f = np.stack([np.interp(data.state.time + 0.05, data.state.time, c) for c in data.state.matrix("f").T], axis=-1)
+    early = replace(data, state=Series(data.state.time, {**data.state.columns, **numbered_columns("f", f)}))
+    known = replace(early, clock={**early.clock, "force_delay_s": 0.05})
+    assert check_dataset(known).faults == ()
+    assert check_dataset(early).faults != ()
+
+
 def test_a_wrong_clock_hides_no_other_fault(made: ClockRecording, cases: list[FaultCase]) -> None:
     drum = next(c for c in cases if c.label.startswith("drum"))
     result = check_dataset(as_data_set(made, drum, 5e-3, True)).faults
