@@ -84,10 +84,9 @@ def test_joint_angles_and_data_sets_are_named_in_the_place_of_the_log(motors: in
         map_log(LOG, LogContents(topics=dict.fromkeys(("log", "state", "fasquelle"), angles)), motors)
     # of an arm of two joints angles and sigmas are as many columns as motors
     of_two = JointStateChannel(named[:2] + named[3:5], angles.time, np.ones((1500, 4)), None)
-    for channels in (
-        dict.fromkeys(("log", "state", "fasquelle"), angles),
-        {"angles": of_two, "state": angles, "fasquelle": angles},
-    ):
+    names = ("log", "state", "fasquelle")
+    for first in (angles, of_two):
+        channels: dict[str, JointStateChannel] = {name: first if name == "log" else angles for name in names}
         with pytest.raises(Refused, match="is a data set of `xneck sync`, not the motors' log"):
             motor_channel(channels, NECK, LOG)
     forces = JointStateChannel(named, angles.time, angles.position, np.ones((1500, 6)))
