@@ -18,6 +18,13 @@ from samples.worlds.wrong_log import WrongLog
 MOTORS = ("motor1", "motor2", "motor3", "motor4")
 DEG = np.degrees(1)
 
+
+def _repeated(column: np.ndarray, times: int) -> np.ndarray:
+    """Every so many rows hold the first one of them."""
+    rows = np.arange(len(column))
+    return column[rows - rows % times]
+
+
 WRONG_FILES: tuple[WrongLog, ...] = (
     WrongLog(
         "header",
@@ -126,6 +133,24 @@ WRONG_FILES: tuple[WrongLog, ...] = (
             (10, "warned", "one row of several"),
             (5, "warned", "one row of several"),
         )
+    ),
+    *(
+        WrongLog(
+            "rate",
+            f"each sample {times} times",
+            log_changed(
+                lambda log, times=times: {k: v if k == "time" else _repeated(v, times) for k, v in log.items()}
+            ),
+            "warned",
+            "rows of the log repeat the one before.*a row when the drive has a new sample",
+        )
+        for times in (2, 5)
+    ),
+    WrongLog(
+        "rate",
+        "of 7 s of the 30 s that the camera saw",
+        log_changed(lambda log: {name: column[6000:9500] for name, column in log.items()}),
+        "accepted",
     ),
     *(WrongLog("rate", f"{hz} Hz", (lambda hz=hz: faultless(hz)), "accepted") for hz in (50.0, 100.0, 1000.0)),
     *(

@@ -96,6 +96,13 @@ WRONG_VALUES: tuple[WrongLog, ...] = (
         "theta2 and theta3 are swapped",
     ),
     WrongLog(
+        "motors",
+        "in reverse order",
+        renamed({f"{stem}{j}": f"{stem}{5 - j}" for stem in ("theta", "f") for j in range(1, 5)}),
+        "refused",
+        "swapped; and|another order: theta4 is motor 1's",
+    ),
+    WrongLog(
         "theta",
         "columns 2, 3, 1, 4",
         renamed({"theta1": "theta2", "theta2": "theta3", "theta3": "theta1"}),

@@ -67,11 +67,8 @@ def check_labels(
                 f"log and video fit only with an exchange, but more than one would do: {words}, or {rivals[0]}",
                 "check markers.on_bars, theta_sign and the order of the log's columns",
             )
-        forces = (
-            " (f too, where motors are exchanged and not theta alone)"
-            if "theta" in words and "swapped" in words
-            else ""
-        )
+        reorders = "theta" in words and ("are swapped" in words or "another order" in words)
+        forces = " (f too, where motors are exchanged and not theta alone)" if reorders else ""
         raise Refused("sync", f"log and video do not fit: {words}", f"correct that{forces}, and synchronise again")
     _check_cables(alignment, moving)
     what = f"log and video do not show the same motion (best correlation of cable speeds {alignment.correlation:.2f})"
