@@ -56,9 +56,14 @@ class FitStage:
         return c.nuisances.adjusted(h, self.fit.numbers[c.base_count : c.base_count + c.nuisances.count])
 
     @cached_property
+    def _covariance(self) -> Array:
+        """Of all numbers of the fit, in their sizes, (K, K)."""
+        return self.comparison.covariance(self.fit)
+
+    @cached_property
     def sigma(self) -> Array:
         """Of all numbers of the fit, in their sizes, (K,); infinite where nothing tells them."""
-        variance = np.diag(self.comparison.covariance(self.fit))
+        variance = np.diag(self._covariance)
         return np.sqrt(np.where(variance > 0, variance, np.inf))
 
     @cached_property
@@ -79,7 +84,7 @@ class FitStage:
         """Of each cause's amounts in its shape as it is, in their units: how sure it is that there is any of it.
 
         With a power near one a cable that hardens is a stiff one, and beside that no amount is told: but the power is told too."""
-        covariance, arm = self.comparison.covariance(self.fit), self.comparison.linearisation.hypothesis.arm
+        covariance, arm = self._covariance, self.comparison.linearisation.hypothesis.arm
         out = []
         for cause, columns in zip(self.causes, self.columns_of_causes, strict=True):
             amounts, shape = np.split(np.searchsorted(self.fit.columns, columns), [len(cause.amounts)])

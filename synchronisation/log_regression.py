@@ -238,8 +238,10 @@ def _least_squares(columns: Array, values: Array, time: Array) -> tuple[Array, A
     known = strength > _LEAST_STRENGTH * strength[-1]
     # a column that others make up, such as a force that never changes beside the constant, is not told at all
     told = np.all(np.abs(directions[:, ~known]) < _UNTOLD_SHARE, axis=1)
-    spread = _without_each_block(unit @ directions[:, known], residual, time) @ directions[:, known].T
-    sigma = np.where(told, np.sqrt(np.sum(spread**2, axis=0)), np.inf)
+    changes = _without_each_block(unit @ directions[:, known], residual, time) @ directions[:, known].T
+    # a single block tells nothing of what another one would say
+    is_told = told & (len(changes) > 1)
+    sigma = np.where(is_told, np.linalg.norm(changes, axis=0), np.inf)
     variance = float(np.sum((values - values.mean()) ** 2))
     explained = 1 - float(residual @ residual) / variance if variance > 0 else 0.0
     size = np.where(size > 0, size, 1.0)
@@ -258,8 +260,4 @@ def _without_each_block(columns: Array, residual: Array, time: Array) -> Array:
     others = np.linalg.pinv(columns.T @ columns - parts, rcond=_LEAST_STRENGTH, hermitian=True)
     changes = -np.einsum("bij,bj->bi", others, scores)
     count = len(begins)
-    return (
-        np.sqrt((count - 1) / count) * (changes - changes.mean(axis=0))
-        if count > 1
-        else np.full((1, columns.shape[1]), np.inf)
-    )
+    return np.sqrt((count - 1) / count) * (changes - changes.mean(axis=0))

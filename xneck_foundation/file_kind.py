@@ -1,7 +1,7 @@
 """What kind of file it is by its first bytes, whatever its name says."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from xneck_foundation.errors import Refused
@@ -29,7 +29,7 @@ class FileKind:
 
 _INSTEAD_OF_VIDEO = "give a table or an MCAP here; `xneck extract` makes angles of a video"
 
-_UTF_16_NAME, _AS_UTF_8 = "text in UTF-16", "save it as UTF-8"
+_UTF_16 = FileKind(b"\xff\xfe", "text in UTF-16", do="save it as UTF-8")
 _KINDS = (
     FileKind(b"\x89MCAP0\r\n", "an MCAP file", ".mcap"),
     FileKind(b"PAR1", "a Parquet file", ".parquet"),
@@ -48,10 +48,9 @@ _KINDS = (
     FileKind(b"ftyp", "a video", do=_INSTEAD_OF_VIDEO, at=4),
     FileKind(b"\x1a\x45\xdf\xa3", "a video", do=_INSTEAD_OF_VIDEO),
     FileKind(b"AVI LIST", "a video", do=_INSTEAD_OF_VIDEO, at=8),
-    FileKind(b"\xff\xfe", _UTF_16_NAME, do=_AS_UTF_8),
-    FileKind(b"\xfe\xff", _UTF_16_NAME, do=_AS_UTF_8),
+    _UTF_16,
+    replace(_UTF_16, begins=b"\xfe\xff"),
 )
-_UTF_16 = _KINDS[-1]
 
 
 def refuse_other_kind(path: Path, readable: Sequence[str]) -> None:

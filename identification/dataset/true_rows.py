@@ -49,14 +49,14 @@ def sampled_rows(log: Series) -> NDArray[np.bool_]:
     moves = (np.abs(np.diff(column)) for column in theta)
     count = np.array([np.min(moved, where=moved > 0, initial=np.inf) for moved in moves])
     edges = np.flatnonzero(np.diff(np.r_[False, equal, False].astype(int)))
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):  # rows begin..end are equal
-        after = (theta[:, end + 1] - theta[:, end]) / count if end < len(equal) else np.zeros(len(theta))
-        before = (theta[:, begin] - theta[:, begin - 1]) / count if begin else np.zeros(len(theta))
-        leaps = np.abs(after) > MIN_JUMP_COUNTS
-        # what went fast before and after one row did not rest for it
-        long = end - begin + 1 >= MIN_REPEATED_ROWS or np.any(leaps & (after * before > MIN_JUMP_COUNTS**2))
-        if long and leaps.any():
-            sampled[begin + 1 : end + 1] = False
+    begin, end = edges[::2], edges[1::2]  # rows begin..end are equal, each pair of them
+    after = (theta[:, np.minimum(end + 1, len(log) - 1)] - theta[:, end]) / count[:, None]
+    before = (theta[:, begin] - theta[:, np.maximum(begin - 1, 0)]) / count[:, None]
+    leaps = np.abs(after) > MIN_JUMP_COUNTS
+    # what went fast before and after one row did not rest for it
+    long = (end - begin + 1 >= MIN_REPEATED_ROWS) | np.any(leaps & (after * before > MIN_JUMP_COUNTS**2), axis=0)
+    for k in np.flatnonzero(long & leaps.any(axis=0)):
+        sampled[begin[k] + 1 : end[k] + 1] = False
     return sampled
 
 
