@@ -7,7 +7,6 @@ from scipy.ndimage import gaussian_filter1d
 from identification.dataset.series import Series, numbered_columns
 from identification.dataset.true_rows import rows_of_sample, sampled_rows
 from synchronisation.clocks.log_gaps import repair_log
-from synchronisation.motor_counters import row_of_reset
 
 COUNT_RAD = 2 * np.pi / 2048
 
@@ -65,14 +64,3 @@ def test_single_rows_that_repeat_a_sample_in_motion_are_found() -> None:
     ]
     assert len(fast) > 100
     assert found[fast].mean() > 0.95
-
-
-def test_a_pause_of_the_logger_is_no_reset_of_counters() -> None:
-    """After a fifth of a second of one row all motors leap as nowhere else. Zeros from the first row on are a reset."""
-    log = moving_log()
-    theta = log.matrix("theta").copy()
-    theta[1000:1100] = theta[1000]
-    assert row_of_reset(log.time, theta) == 0
-    theta = log.matrix("theta") + 30.0
-    theta[:300] = 0.0
-    assert row_of_reset(log.time, theta) == 300
