@@ -110,6 +110,17 @@ def with_all_causes(
     return fitter, last
 
 
+def share_that_causes_leave(stage: FitStage, whiten: Whitener, seed: int) -> float:
+    """Of a stage's surplus, the part that straight lines leave with all that they would have beside its causes."""
+    beside = with_effects(stage, whiten)
+    choices, offered = choices_beside(stage, beside, ())
+    start = list(range(len(stage.causes)))
+    chosen = chosen_jointly(
+        choices, start, _least_gains(stage, offered, _by_chance(beside, stage.causes, seed)), _simpler(stage)
+    )
+    return 1 - (choices.loss(start) - choices.loss(chosen)) / stage.surplus
+
+
 def _halves(last: FitStage, after: FitStage) -> bool:
     """Whether causes leave so much less that a law that would do better still does not end the choice."""
     return after.surplus < ANEW_SHARE * last.surplus

@@ -21,7 +21,6 @@ from diagnosis.linearisation import Linearisation
 from diagnosis.look_alikes import NamedCause, with_look_alikes
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.noise_excess import NoiseExcess
-from diagnosis.nuisances import MAX_TOLERANCES
 from diagnosis.offered_causes import with_effects
 from diagnosis.remainder import MAX_REMAINDER, leaves_plainly_more
 from diagnosis.single_place import with_single_places
@@ -128,18 +127,18 @@ def search_causes(
 
     rival: what another explanation leaves, if there is one: causes that leave far more are as good as none. begun: causes that the
     choice begins with.
-    Where they hold a gain of the motors that drums would make, within their tolerance or as far off as they are found to be, forces
-    are taken to be torques over the described drums, and causes are sought again from the others on."""
+    Where they hold a gain of a motor that is as far off as its drum is found to be, forces are taken to be torques over the
+    described drums, and causes are sought again from the others on."""
     search = _search(h, ensembles, seed, begun, rival=rival)
-    of_drums = [] if h.forces_as_drums else _of_drums(search.last, h)
+    of_drums = [] if h.forces_as_drums else _of_drums(search.last)
     if not of_drums:
         return search
     others = tuple(cause for i, cause in enumerate(search.last.causes) if i not in of_drums)
     return _search(h.with_forces_as_drums(), ensembles, seed, others, search.last.comparison.linearisation)
 
 
-def _of_drums(stage: FitStage, h: Hypothesis) -> list[int]:
-    """Which causes are gains of motors that are within what drums are good for, or the same as is found of their drums.
+def _of_drums(stage: FitStage) -> list[int]:
+    """Which causes are gains of motors that are the same as is found of their drums.
 
     Either sits at one motor, and has one number."""
     found = [
@@ -147,11 +146,10 @@ def _of_drums(stage: FitStage, h: Hypothesis) -> list[int]:
         for cause, sigma in zip(stage.causes, stage.sigma_of_causes, strict=True)
     ]
     drums = {where: (amount, sigma) for name, where, amount, sigma in found if name == "drum_radius"}
-    known, out = MAX_TOLERANCES * h.neck.tolerance.drum, []
+    out = []
     for i, (name, where, gain, sigma) in enumerate(found):
         drum, of_drum = drums.get(where, (np.inf, 0.0))
-        is_drums = abs(gain) < known or abs(gain - drum) < SAME_SIGMAS * np.hypot(sigma, of_drum)
-        if name == "actuator_gain" and is_drums:
+        if name == "actuator_gain" and abs(gain - drum) < SAME_SIGMAS * np.hypot(sigma, of_drum):
             out.append(i)
     return out
 

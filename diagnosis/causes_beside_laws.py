@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from diagnosis.cause import Cause, with_causes
+from diagnosis.cause_choice import share_that_causes_leave
 from diagnosis.cause_fit import fitted_without
 from diagnosis.cause_search import MAX_SHARE_OF_OTHER_FORM, Search, search_causes
 from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import HeldOutResiduals, held_out_residuals
-from diagnosis.law_gains import GainedLaw, LawGains, law_gains
+from diagnosis.law_gains import GainedLaw, LawGains, further_law_gains, law_gains
 from diagnosis.noise_columns import noise_columns
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.remainder import leaves_plainly_more
@@ -131,8 +132,8 @@ def _beside_causes(
     found = law_gains(search, next(growing, ()), others, left)
     tried: dict[str, Explanation | None] = {}
     if found and leaves_plainly_more(found.stage.excess) and not _may_be_causes(found.laws[0].law):
-        beside = _causes_beside(search, found, [0], recordings, seed)
-        if beside is not None and not leaves_plainly_more(beside.stage.excess):
+        beside = _causes_beside(search, found, [0], recordings, seed, others)
+        if beside is not None and _is_enough(beside, found):
             return beside
         tried[found.laws[0].law.words] = beside
     if every := deque(growing, maxlen=1):
@@ -145,7 +146,7 @@ def _beside_causes(
         return alone
     for held in _held(found):
         words = ", ".join(found.laws[i].law.words for i in held)
-        beside = tried[words] if words in tried else _causes_beside(search, found, held, recordings, seed)
+        beside = tried[words] if words in tried else _causes_beside(search, found, held, recordings, seed, others)
         if beside is not None:
             return beside
     return alone
@@ -163,36 +164,60 @@ def _held(found: LawGains) -> Iterator[list[int]]:
     yield [i for i, each in enumerate(found.laws) if each.law.candidate.is_sibling(first)]
 
 
+def _is_enough(beside: Explanation, found: LawGains) -> bool:
+    """Whether what causes beside laws leave is noise, or so much less than the laws alone that no others would be right."""
+    left = beside.stage.excess
+    return not leaves_plainly_more(left) or left.share_of(found.stage.excess) < MAX_SHARE_OF_OTHER_FORM
+
+
 def _causes_beside(
-    search: Search, found: LawGains, held: Sequence[int], recordings: Sequence[NoiseEnsemble], seed: int
+    search: Search,
+    found: LawGains,
+    held: Sequence[int],
+    recordings: Sequence[NoiseEnsemble],
+    seed: int,
+    others: Sequence[NoiseEnsemble],
 ) -> Explanation | None:
     """Causes beside some of the laws that were found, where they are others than a search has and leave no more than all laws.
 
-    While the laws' numbers stayed as they were found, some may not have shown: with numbers that were fitted beside the first
-    ones causes are sought from these on, as long as that explains much more."""
+    While the laws' numbers stayed as they were found, some causes may not have shown: with numbers that were fitted beside the
+    first ones causes are sought from these on, where straight lines promise any, else another law, as long as that explains much
+    more."""
+    first = LawGains(tuple(found.laws[i] for i in held), found.stage)
     count = len(search.last.causes)
     laws = [found.stage.causes[count + i] for i in held]
-    best = _causes_found_beside(search, found, held, laws, (), recordings, seed)
+    best = _causes_found_beside(search, first, laws, (), recordings, seed)
     while best is not None and best.laws and leaves_plainly_more(best.stage.excess):
-        count = len(best.search.named)
-        named, laws = best.stage.causes[:count], best.stage.causes[count:]
-        more = _causes_found_beside(best.search, found, held, laws, named, recordings, seed)
+        more: Explanation | None = None
+        if share_that_causes_leave(best.stage, best.search.fitter.whiten, seed) < MAX_SHARE_LEFT:
+            count = len(best.search.named)
+            named, laws = best.stage.causes[:count], best.stage.causes[count:]
+            more = _causes_found_beside(best.search, LawGains(best.laws, best.stage), laws, named, recordings, seed)
+        if more is None or more.stage.excess.share_of(best.stage.excess) > MAX_SHARE_LEFT:
+            more = _with_another_law(best, others, seed)
         if more is None or more.stage.excess.share_of(best.stage.excess) > MAX_SHARE_LEFT:
             break
         best = more
     return best
 
 
+def _with_another_law(best: Explanation, others: Sequence[NoiseEnsemble], seed: int) -> Explanation | None:
+    """With the law that is found in what causes and laws leave; None where none is, or gains nothing."""
+    fitter, known = best.search.fitter, LawGains(best.laws, best.stage)
+    more = next(found_laws(best.stage, fitter.whiten, noise_columns(best.stage, fitter.ensembles), seed), ())
+    gained = further_law_gains(fitter, known, more, others) if more else None
+    return replace(best, laws=gained.laws, stage=gained.stage) if gained else None
+
+
 def _causes_found_beside(
     search: Search,
     found: LawGains,
-    held: Sequence[int],
     laws: Sequence[Cause],
     begun: tuple[Cause, ...],
     recordings: Sequence[NoiseEnsemble],
     seed: int,
 ) -> Explanation | None:
-    """As `_causes_beside`, once. laws: those that are held, with numbers; begun: causes from which on others are sought."""
+    """As `_causes_beside`, once. laws: those of `found`, with numbers; begun: causes from which on others are sought."""
     h, at = with_causes(found.stage.before_causes, laws), found.stage.comparison.linearisation
     beside = search_causes(h, recordings, seed, found.stage.excess, begun)
     if _names(beside) == _names(search) or not beside.last.possible:
@@ -215,10 +240,9 @@ def _causes_found_beside(
     leaves_more = stage.excess.above_noise and stage.surplus > found.stage.surplus
     if leaves_more or not stage.possible:
         return None
-    gained = [found.laws[i] for i in held]
-    numbered = as_fitted([each.law for each in gained], stage)
+    numbered = as_fitted([each.law for each in found.laws], stage)
     other = replace(search, named=named, last=last, fitter=fitter, unlisted=beside.unlisted)
-    return Explanation(other, tuple(replace(each, law=n) for each, n in zip(gained, numbered, strict=True)), stage)
+    return Explanation(other, tuple(replace(each, law=n) for each, n in zip(found.laws, numbered, strict=True)), stage)
 
 
 def _may_be_causes(law: FoundLaw) -> bool:

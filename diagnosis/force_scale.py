@@ -1,7 +1,8 @@
 """How far a newton of the log may lie from one: a force is a motor's torque over the radius of a drum known to a tolerance.
 
 A drum that is off by a share of itself pulls by as much less than the log says, where the log's forces come from the motor's torque
-and the drawn drum. Where they come from elsewhere they are as well known at best.
+and the drawn drum. Where they come from elsewhere they are as well known at best. Were they held to be exact, lengths, angles and
+friction would make good for them, and be told with far too small a sigma.
 """
 
 import numpy as np

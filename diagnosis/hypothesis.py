@@ -39,7 +39,7 @@ class Hypothesis:
     held: HeldShares = NOTHING_HELD
     """what is seen of dry friction that holds motors and joints at rest otherwise than the laws say"""
     forces_as_drums: bool = False
-    """whether the log's forces are known no better than the radii of the drums"""
+    """whether a drum that is off takes the log's forces with it: they are torques over the described drums"""
 
     @property
     def arm(self) -> Arm:
@@ -52,9 +52,8 @@ class Hypothesis:
         return (self.neck, self.frame_lag, self.motor_angle_lag, *self.angle_error.tolist())
 
     def with_forces_as_drums(self) -> "Hypothesis":
-        """The same where the log's forces are known no better than the drums, and none of them is off so far."""
-        departures = (*self.departures, *(0.0,) * self.arm.M) if self.departures else ()
-        return replace(self, forces_as_drums=True, departures=departures)
+        """The same where a drum that is off takes the log's forces with it."""
+        return replace(self, forces_as_drums=True)
 
     def with_law(self, name: str, values: Mapping[str, Array]) -> "Hypothesis":
         """The same with a law's numbers set."""

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from diagnosis.cause_fit import CauseFitter
 from diagnosis.cause_search import Search
 from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import Gain, HeldOutResiduals, gains, held_out_excess, held_out_residuals
@@ -67,11 +68,34 @@ def law_gains(
     """Those of laws found in what a search leaves that gain something.
 
     before: what it leaves of recordings that were not fitted, `ensembles`, if there are any."""
-    fitter, stage, arm = search.fitter, search.last, search.last.before_causes.arm
-    kept: list[GainedLaw] = []
+    gained = _gained(search.fitter, LawGains((), search.last), laws, ensembles, before)
+    return gained if gained.laws else None
+
+
+def further_law_gains(
+    fitter: CauseFitter, known: LawGains, laws: Sequence[FoundLaw], ensembles: Sequence[NoiseEnsemble]
+) -> LawGains | None:
+    """The laws that are known, and those of others, found in what all these leave, that gain something; None where none does."""
+    whiten, before = fitter.whiten, None
+    if ensembles:
+        before = held_out_residuals(known.stage, ensembles, whiten, clock_relaxed=True)
+    gained = _gained(fitter, known, laws, ensembles, before)
+    return gained if len(gained.laws) > len(known.laws) else None
+
+
+def _gained(
+    fitter: CauseFitter,
+    known: LawGains,
+    laws: Sequence[FoundLaw],
+    ensembles: Sequence[NoiseEnsemble],
+    before: HeldOutResiduals | None,
+) -> LawGains:
+    """before: what the stage of the laws that are known leaves of `ensembles`, if there are any."""
+    kept, stage, arm = list(known.laws), known.stage, known.stage.before_causes.arm
+    named = stage.causes[: len(stage.causes) - len(kept)]
     for law in laws:
-        causes = (*search.last.causes, *causes_of([*(each.law for each in kept), law], arm))
-        tried = fitter.finished(fitter.fitted(search.last.comparison.linearisation, causes))
+        causes = (*named, *causes_of([*(each.law for each in kept), law], arm))
+        tried = fitter.finished(fitter.fitted(known.stage.comparison.linearisation, causes))
         gain = None
         if before is not None:
             after = held_out_residuals(tried, ensembles, fitter.whiten, clock_relaxed=True)
@@ -84,8 +108,6 @@ def law_gains(
                 continue  # those found after it may hold without it
             gain, before = gained[shown], after
         kept, stage = [*kept, GainedLaw(law, gain)], tried
-    if not kept:
-        return None
     numbered = as_fitted([each.law for each in kept], stage)
     return LawGains(tuple(replace(each, law=law) for each, law in zip(kept, numbered, strict=True)), stage)
 

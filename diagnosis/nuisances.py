@@ -104,7 +104,7 @@ def _arm_columns(
         columns_of(recording, share)
         for columns_of, share in (
             (friction_curve_columns, neck.tolerance.friction_curve),
-            (force_scale_columns, neck.tolerance.drum if recording.hypothesis.forces_as_drums else 0.0),
+            (force_scale_columns, neck.tolerance.drum),
         )
         if share > 0
     ]

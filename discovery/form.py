@@ -27,6 +27,8 @@ _STEP_PLACES, _STEP_WIDTHS = np.linspace(0.04, 0.96, 24), (0.001, 0.02)
 """the same of a step: all at once, and slowly"""
 _LEVELS = (0.08, 0.15, 0.3, 0.5, 0.8, 1.5)
 """where a saturating law bends, in shares of the largest size"""
+_ROUNDNESS = (1.0, 3.0)
+"""exponents of a saturating law: as slow as an arc tangent, and as soon as a hyperbolic one"""
 _FREE_SHARES = (0.08, 0.15, 0.3, 0.45, 0.6, 0.75)
 """of the largest size, within which nothing acts"""
 _WAVES = np.arange(0.75, 3.6, 0.25)
@@ -180,6 +182,28 @@ def _times(basis: FineBasis) -> tuple[Constants, ...]:
     return tuple({"tau": share * (basis.high - basis.low), "begin": basis.low} for share in _TIMES)
 
 
+def _saturated(u: Array, exponent: Array | float) -> Array:
+    """Of u from nothing on: in proportion, then one; the larger the exponent the sooner, with 2.7 much as tanh."""
+    most = np.maximum(u, 1.0)  # powers of what is no more than one go nowhere
+    return u / most / ((1 / most) ** exponent + (u / most) ** exponent) ** (1 / exponent)
+
+
+def _saturation(x: Array, c: Constants) -> Array:
+    return (np.sign(x) * _saturated(np.abs(x) / c["level"], c["exponent"]))[..., None]
+
+
+def _one_sided_saturation(x: Array, c: Constants) -> Array:
+    return _saturated(np.maximum(c["side"] * x, 0.0) / c["level"], c["exponent"])[..., None]
+
+
+def _saturation_starts(basis: FineBasis) -> tuple[Constants, ...]:
+    return tuple({**at, "exponent": n} for at in _levels(basis) for n in _ROUNDNESS)
+
+
+def _one_sided_saturation_starts(basis: FineBasis) -> tuple[Constants, ...]:
+    return tuple({**at, "side": side} for at in _saturation_starts(basis) for side in (1.0, -1.0))
+
+
 def _smooth(x: Array, c: Constants) -> Array:
     at = (np.clip(x, c["low"], c["high"]) - c["low"]) / (c["high"] - c["low"]) * (SMOOTH_PIECES - 1)
     return np.maximum(0.0, 1 - np.abs(at[..., None] - np.arange(SMOOTH_PIECES)))
@@ -260,10 +284,10 @@ FORMS = (
         kinds=_LINES,
         rank=2,
         amounts=("height",),
-        columns=lambda x, c: np.tanh(x / c["level"])[..., None],
-        starts=_levels,
-        equation="height tanh(x / level)",
-        constants=("level",),
+        columns=_saturation,
+        starts=_saturation_starts,
+        equation="height sign(x) u / (1 + u^exponent)^(1 / exponent), u = |x| / level",
+        constants=("level", "exponent"),
     ),
     _polynomial(3),
     Form(
@@ -275,6 +299,17 @@ FORMS = (
         starts=lambda basis: tuple({"level": share * _size(basis)} for share in _FREE_SHARES),
         equation="slope sign(x) max(|x| - level, 0)",
         constants=("level",),
+    ),
+    Form(
+        name="saturating on one side",
+        kinds=_LINES,
+        rank=3,
+        amounts=("height",),
+        columns=_one_sided_saturation,
+        starts=_one_sided_saturation_starts,
+        equation="height u / (1 + u^exponent)^(1 / exponent), u = max(side x, 0) / level",
+        constants=("level", "exponent", "side"),
+        fixed=("side",),
     ),
     Form(
         name="truncated power",

@@ -1,5 +1,6 @@
-"""Forces are known no better than drums where a gain of the motors is as small as drums may make it."""
+"""Forces are known no better than drums, and a gain that is a drum's is no second cause."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -8,10 +9,15 @@ import pytest
 
 from diagnosis import cause_search
 from diagnosis.cause import Cause
+from diagnosis.cause_fit import CauseFitter
 from diagnosis.effects import EFFECTS
 from diagnosis.hypothesis import Hypothesis, as_described
+from diagnosis.noise_ensemble import noise_ensemble
+from identification.dataset.frames import frame_angles
+from identification.dataset.series import Series
 from mechanism.arm import arm_of
 from mechanism.description import read_neck
+from tests.hidden_arms import seen_arms
 from tests.paths import SAMPLES
 
 NECK = read_neck(SAMPLES / "recording/neck.yaml")
@@ -26,8 +32,7 @@ def cause(effect: str, place: int, amount: float) -> Cause:
 @pytest.mark.parametrize(
     ("causes", "kept"),
     [
-        ((cause("actuator_gain", 3, 0.004),), 0),
-        ((cause("actuator_gain", 3, -0.004),), 0),
+        ((cause("actuator_gain", 3, 0.004),), None),
         ((cause("actuator_gain", 3, 0.03),), None),
         ((cause("actuator_offset", 3, 0.004),), None),
         ((cause("actuator_gain", 3, 0.03), cause("drum_radius", 3, 0.032)), 1),
@@ -61,9 +66,25 @@ def test_causes_are_sought_again_where_a_gain_may_be_a_drums(
         assert [c.effect.name for c in begun[1][1]] == ["drum_radius"] * kept
 
 
-def test_what_is_known_of_an_arm_stays_known() -> None:
-    """Beside departures that recordings told those of forces begin at none."""
-    h = as_described(NECK)
-    assert h.with_forces_as_drums().departures == ()
-    told = Hypothesis(h.neck, (), {}, h.angle_error, departures=(0.5, -1.0))
-    assert told.with_forces_as_drums().departures == (0.5, -1.0, 0.0, 0.0, 0.0, 0.0)
+@pytest.mark.slow
+@pytest.mark.parametrize("of_drawn_drums", [False, True])
+def test_numbers_hold_on_an_arm_whose_drums_are_off_within_their_tolerance(of_drawn_drums: bool) -> None:
+    """of_drawn_drums: whether the log's forces are torques over the radii in the drawing, else the forces that act.
+
+    Lengths and friction made good for forces that a drum 0.4 % too large does not pull with: fs was tens of its sigmas off."""
+    there = seen_arms()["nothing"]
+    drawing, plant = there.arm.drawing, there.arm.plant
+    assert np.abs(plant.drum / drawing.drum - 1).max() > 1e-3
+    data = there.synchronised(0)
+    columns = dict(data.state.columns)
+    if of_drawn_drums:
+        columns |= {f"f{j + 1}": columns[f"f{j + 1}"] * plant.drum[j] / drawing.drum[j] for j in range(drawing.M)}
+    data = replace(data, state=Series(data.state.time, columns))
+    fitter = CauseFitter(as_described(data.neck), [noise_ensemble(data, frame_angles(data), 0)])
+    fitter, stage = fitter.redrawn(fitter.base_model())
+    at = stage.comparison.linearisation
+    size, count = at.unknowns.size, len(at.unknowns.size)
+    numbers, sigma = at.p + size * stage.fit.numbers[:count], size * stage.sigma[:count]
+    for name, recording, truth in (("fs", None, plant.dry), ("k", None, plant.stiffness), ("x0", 0, plant.x0)):
+        slot = at.unknowns.slots[name, recording]
+        np.testing.assert_array_less(np.abs(numbers[slot] - truth) / sigma[slot], 4.0, err_msg=name)

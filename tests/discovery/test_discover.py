@@ -60,6 +60,16 @@ HIDDEN: Mapping[str, tuple[Callable[[Signals], Array], set[str], set[str]]] = {
         {"joint_angle"},
         {"dead zone"},
     ),
+    "rubs more one way": (
+        lambda s: 1.2 * np.arctan(np.maximum(s["motor_speed"], 0) / 6),
+        {"motor_speed"},
+        {"saturating on one side"},
+    ),
+    "levels off slowly": (
+        lambda s: 1.5 * s["motor_speed"] / (6 + np.abs(s["motor_speed"])),
+        {"motor_speed"},
+        {"saturating"},
+    ),
     "warming": (
         lambda s: 1.5 * np.exp(-TIME / 20) * way(s),
         {"time", "motor_speed"},
