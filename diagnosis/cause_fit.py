@@ -14,6 +14,7 @@ from diagnosis.fit_stage import FAR, MAX_MISSED, FitStage
 from diagnosis.held_at_rest import HeldShares
 from diagnosis.hypothesis import Hypothesis
 from diagnosis.linearisation import Linearisation, base_unknowns, corrected_signals, linearise
+from diagnosis.noise_columns import score_of_noise
 from diagnosis.noise_ensemble import (
     NoiseEnsemble,
     noise_loss,
@@ -123,7 +124,9 @@ class CauseFitter:
 
     def finished(self, stage: FitStage) -> FitStage:
         """With the steps that were too small to be taken while causes were chosen: they may be a sigma of a cause's numbers."""
+        score = score_of_noise(stage, self._ensembles, self.whiten)
         current, causes, at = stage.comparison, stage.causes, stage.comparison.linearisation
+        current = current.without_noise_in_columns(score)
         data = [replace(d, speeds=r.signals.speeds) for d, r in zip(self._data, at.recordings, strict=True)]
         descent = Descent(self._h, data, self.whiten)
         for _ in range(_MAX_LAST_STEPS):
@@ -131,6 +134,7 @@ class CauseFitter:
             if promised < _LEAST_LAST_PROMISE:
                 break
             candidate, stepped = descent.step(current, 0.0, causes)
+            candidate = candidate.without_noise_in_columns(score)
             if with_whole_causes(candidate, stepped).promised > promised:
                 break
             current, causes = candidate, stepped

@@ -171,7 +171,7 @@ def _search(
         fitter, first = fitter.with_sticking_motors(first)
         every_effect = with_effects(first, fitter.whiten)
         ranked = rank(every_effect)
-    free_fits = FreeFits()
+    of_first, free_fits = fitter, FreeFits()
     last, beside = first, every_effect
     if begun:
         fitter, last = fitter.with_own_weights(fitter.fitted(near or first.comparison.linearisation, begun))
@@ -202,6 +202,8 @@ def _search(
         untold = len(last.untold_beside_what_is_left) == len(causes)
         if leaves_plainly_more(last.excess) and untold and not explain_most:
             causes, last = (), first  # they stand in for something else
+    if not causes:
+        last = of_first.finished(first)
     return replace(
         nothing,
         last=last,

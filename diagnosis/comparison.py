@@ -129,6 +129,13 @@ class Comparison:
         mean[columns] = 0.0
         return replace(self, prior_sigma=prior, relaxed_sigma=relaxed, prior_mean=mean)
 
+    def without_noise_in_columns(self, score: Array) -> "Comparison":
+        """The comparison with the products of columns and residual less what noise that is in both makes of them, (K,)."""
+        products, share = self.block_products.copy(), score / len(self.block_products)
+        products[:, :-1, -1] -= share
+        products[:, -1, :-1] -= share
+        return replace(self, block_products=products)
+
     def with_causes_off(self, numbers: Array) -> "Comparison":
         """The comparison without the causes that the linearisation holds.
 

@@ -18,9 +18,14 @@ from xneck_foundation.parameter import Parameter
 
 Array = NDArray[np.float64]
 
+_GAIN = "actuator_gain"
+"""law by which forces of the log are off in proportion"""
+
 
 def extended_model(stage: FitStage, provenance: dict[str, Any]) -> Model:
-    """Base laws and those of the causes, with their numbers."""
+    """Base laws and those of the causes, with their numbers; and by how much the log's forces are off within a tolerance.
+
+    Friction and stiffness are what they are beside these gains: without them, forces as logged would move the arm otherwise."""
     at, fit, h = stage.comparison.linearisation, stage.fit, stage.hypothesis
     u = at.unknowns
     value = at.p + u.size * fit.numbers[: len(u.size)]
@@ -43,14 +48,40 @@ def extended_model(stage: FitStage, provenance: dict[str, Any]) -> Model:
     first = stage.comparison.base_count + stage.comparison.nuisance_count
     column |= {(p.name, p.index): place for place, p in enumerate(numbers, first)}
     terms = {term.name: term for law in h.laws for term in law_named(law).terms}
+    gains = _gains(stage)
     for name, values in h.values.items():
+        if name == "g" and gains:
+            continue
         for i, v in enumerate(values):
             index = None if terms[name].of == "arm" else i + 1
             unit = terms[name].unit
             unknown = Parameter(name=name, index=index, value=float(v), unit=unit, sigma=float("inf"), identified=False)
             parameters.append(of_causes.get((name, index), unknown))
+    for place, gain in gains.items():
+        column.setdefault((gain.name, gain.index), place)
+        parameters.append(of_causes.get((gain.name, gain.index), gain))
+    laws = u.laws if _GAIN in u.laws or not gains else (*u.laws, _GAIN)
     places = [column.get((p.name, p.index)) for p in parameters]
-    return model_of(parameters, u.laws, provenance, _covariance(stage, [p.sigma for p in parameters], places))
+    return model_of(parameters, laws, provenance, _covariance(stage, [p.sigma for p in parameters], places))
+
+
+def _gains(stage: FitStage) -> dict[int, Parameter]:
+    """By how much each motor's logged force is off the one that acts, within what drums are good for, by its column.
+
+    None where forces are exact."""
+    c, h = stage.comparison, stage.hypothesis
+    motors, tolerance = h.arm.M, h.neck.tolerance.drum
+    if tolerance == 0:
+        return {}
+    first = c.base_count + c.nuisances.count - motors
+    columns = range(first, first + motors)
+    named = 1 + h.values.get("g", np.zeros(motors))
+    gain = 1 / (1 / named + tolerance * stage.fit.numbers[first : first + motors]) - 1
+    sigma = tolerance * stage.sigma[first : first + motors]
+    return {
+        column: Parameter(name="g", index=j, value=float(g), unit="1", sigma=float(s), identified=identified(g, s))
+        for j, (column, g, s) in enumerate(zip(columns, gain, sigma, strict=True), 1)
+    }
 
 
 def _covariance(stage: FitStage, sigma: Sequence[float], places: Sequence[int | None]) -> Array:

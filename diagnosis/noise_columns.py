@@ -11,10 +11,15 @@ from diagnosis.fit_stage import FitStage
 from diagnosis.linearisation import linearise
 from diagnosis.noise_ensemble import NoiseEnsemble
 from diagnosis.nuisances import nuisances_at
+from identification.fitting import segment_starts
 from identification.residuals import residual_rows
 from identification.signals import Signals
+from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
+
+_DRAWS = 1
+"""of noise, by which its score is told: where it matters at all it is a sum over all rows"""
 
 
 def noise_columns(stage: FitStage, ensembles: Sequence[NoiseEnsemble]) -> list[Array]:
@@ -25,6 +30,29 @@ def noise_columns(stage: FitStage, ensembles: Sequence[NoiseEnsemble]) -> list[A
     read = [e.signals(at.hypothesis, float(lag)) for e, lag in zip(ensembles, at.frame_lags, strict=True)]
     noise_free, drawn = (_columns(stage, [signals[i] for signals in read]) for i in range(2))
     return [d - f for d, f in zip(drawn, noise_free, strict=True)]
+
+
+def score_of_noise(stage: FitStage, ensembles: Sequence[NoiseEnsemble], whiten: Whitener) -> Array:
+    """What noise alone makes of the products of a stage's columns with its residual, where both hold it, (K,): mean of draws.
+
+    An arm that is smaller and lighter as a whole makes less of the angles' noise. Least squares take that for a better fit, and
+    find every number by a part of its tolerance too small, however little noise there is."""
+    at = stage.comparison.linearisation
+    read = [e.signals(at.hypothesis, float(lag)) for e, lag in zip(ensembles, at.frame_lags, strict=True)]
+    matrices = [_read_columns(stage, [signals[i] for signals in read]) for i in range(_DRAWS + 1)]
+    score = np.zeros(matrices[0][0].shape[-1] - 1)
+    for drawn in matrices[1:]:
+        for with_noise, noise_free, r in zip(drawn, matrices[0], at.recordings, strict=True):
+            rows = whiten(with_noise - noise_free, segment_starts(r.signals), r.input_variance)
+            score += np.einsum("csk,cs->k", rows[..., :-1], rows[..., -1]) / _DRAWS
+    return score
+
+
+def _read_columns(stage: FitStage, signals: Sequence[Signals]) -> list[Array]:
+    """Columns as the fit has them, and residual, of other recordings of the same motions."""
+    at = stage.comparison.linearisation
+    other = linearise(at.hypothesis, signals, at.p, at.frame_lags)
+    return column_matrices(other, stage.causes, (), nuisances_at(other))[0]
 
 
 def _columns(stage: FitStage, signals: Sequence[Signals]) -> list[Array]:

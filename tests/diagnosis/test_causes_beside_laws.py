@@ -69,35 +69,59 @@ def test_one_cause_at_its_least_and_a_law_of_its_variable_may_be_one_law(
 def explanation(ratio: float, *names: str, laws: int = 1) -> Any:
     """What leaves so many times noise, with causes of these names before its laws."""
     causes = tuple(SimpleNamespace(name=name) for name in (*names, *["law"] * laws))
-    search = SimpleNamespace(named=names, last=SimpleNamespace(causes=names))
+    fitter = SimpleNamespace(whiten=None)
+    search = SimpleNamespace(named=names, last=SimpleNamespace(causes=names), fitter=fitter)
     stage = SimpleNamespace(excess=NoiseExcess(np.array([ratio]), np.ones(1)), causes=causes)
     return SimpleNamespace(search=search, laws=[None] * laws, stage=stage)
 
 
 @pytest.mark.parametrize(
-    ("ratios", "passes", "kept"),
+    ("ratios", "promised", "law_ratio", "asked", "kept"),
     [
-        ((5.0, 1.9, 1.05), 3, 1.05),  # each finds more beside the law as it was fitted
-        ((5.0, 4.9), 2, 5.0),  # the second finds hardly anything: the first stays
-        ((1.05,), 1, 1.05),  # nothing is left
+        ((5.0, 1.9, 1.05), 0.0, None, ["causes"] * 3, 1.05),  # each finds more beside the law as it was fitted
+        # the second finds hardly anything, and there is no other law: the first stays
+        ((5.0, 4.9), 0.0, None, ["causes", "causes", "law"], 5.0),
+        ((1.05,), 0.0, None, ["causes"], 1.05),  # nothing is left
+        (
+            (5.0,),
+            0.9,
+            1.05,
+            ["causes", "law"],
+            1.05,
+        ),  # straight lines promise no cause, and another law explains the rest
+        ((5.0, 4.9), 0.0, 1.05, ["causes", "causes", "law"], 1.05),  # they promise one in vain
+        ((5.0,), 0.9, 4.9, ["causes", "law"], 5.0),  # nor does another law explain much of it
     ],
 )
-def test_causes_are_sought_again_beside_a_law_as_it_was_fitted_with_the_first(
-    ratios: tuple[float, ...], passes: int, kept: float, monkeypatch: pytest.MonkeyPatch
+def test_causes_then_another_law_are_sought_beside_a_law_as_it_was_fitted_with_the_first(
+    ratios: tuple[float, ...],
+    promised: float,
+    law_ratio: float | None,
+    asked: list[str],
+    kept: float,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """promised: share that causes would leave by straight lines; law_ratio: what another law leaves, if there is one."""
     found = iter(explanation(ratio, *["cause"] * (i + 1)) for i, ratio in enumerate(ratios))
-    begun: list[int] = []
+    order: list[str] = []
 
-    def once(search: Any, laws_found: Any, held: Any, laws: Any, causes: Any, *_: object) -> Any:
+    def once(search: Any, laws_found: Any, laws: Any, causes: Any, *_: object) -> Any:
         assert [law.name for law in laws] == ["law"]
-        begun.append(len(causes))
+        assert len(causes) == order.count("causes")
+        order.append("causes")
         return next(found)
 
+    def another_law(*_: object) -> Any:
+        order.append("law")
+        return None if law_ratio is None else explanation(law_ratio, "cause")
+
     monkeypatch.setattr(causes_beside_laws, "_causes_found_beside", once)
-    best = causes_beside_laws._causes_beside(explanation(9.0).search, explanation(9.0), [0], (), 0)
+    monkeypatch.setattr(causes_beside_laws, "_with_another_law", another_law)
+    monkeypatch.setattr(causes_beside_laws, "share_that_causes_leave", lambda *_: promised)
+    best = causes_beside_laws._causes_beside(explanation(9.0).search, explanation(9.0), [0], (), 0, ())
     assert best is not None
     assert best.stage.excess.ratio[0] == kept
-    assert begun == list(range(passes))
+    assert order == asked
 
 
 @pytest.mark.parametrize(

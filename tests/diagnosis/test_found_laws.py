@@ -90,7 +90,7 @@ def test_it_is_written_with_the_model_and_simulated(
     assert "motor.harmonic.motor_angle" in model.laws
     machine = machine_of(model, arm_of(neck))
     np.testing.assert_allclose(machine.values["motor.harmonic.motor_angle.sine"], FORCE, rtol=0.02)
-    other = found.extended.corrected(recordings[1])
+    other = found.extended_stage.adjusted(found.extended).corrected(recordings[1])
     with_law = simulate_recording(replace(other, neck=neck), model, max_parts=1, noise_floor=False)
     rest = tuple(p for p in model.parameters if not p.name.startswith("motor.harmonic"))
     base = model.model_copy(update={"laws": ("dry_friction", "linear_cable"), "parameters": rest})
