@@ -56,6 +56,7 @@ def with_all_causes(
         if sorted(chosen) == start:
             after = _without_a_needless_one(fitter, last, choices, least_gains)
             after = after or _with_one_far_off(fitter, last, choices, offered, by_chance)
+            after = after or _in_all_places(fitter, last, by_chance)
         else:
             added = [i for i in chosen if i not in start]
             alone = best_addition(choices, start, least_gains, simpler) if len(added) > 1 else None
@@ -210,6 +211,27 @@ def _with_one_far_off(
         for channels in (slice(0, motors), slice(motors, None))
     )
     return stage if stage.possible and taken > by_chance and is_worth_it else None
+
+
+def _in_all_places(fitter: CauseFitter, last: FitStage, by_chance: float) -> FitStage | None:
+    """The fit with a cause that is there in full or not at all in all its places, where much less is left than with it in one.
+
+    What turns over all at once is nothing to straight lines where the fit does not come to it."""
+    if not leaves_plainly_more(last.excess):
+        return None
+    for i, cause in enumerate(last.causes):
+        everywhere, *single = cause.effect.placements(last.comparison.linearisation.hypothesis.arm)
+        if not cause.effect.in_full or cause.where not in single:
+            continue
+        for shape in cause.effect.start_shapes:
+            wide = Cause(cause.effect, everywhere, np.zeros(len(everywhere.columns)), shape)
+            stage = fitter.fitted(
+                last.comparison.linearisation, (*last.causes[:i], wide, *last.causes[i + 1 :]), last.surplus
+            )
+            taken = last.surplus - stage.surplus
+            if stage.possible and taken > max(by_chance, MIN_EXPLAINED_NEXT * last.surplus):
+                return stage
+    return None
 
 
 def _is_better(after: FitStage, before: FitStage, by_chance: float) -> bool:

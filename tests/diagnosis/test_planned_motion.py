@@ -79,7 +79,7 @@ def test_it_tells_look_alikes_better_than_a_small_motion() -> None:
     for a in designed().answers:
         before = small[a.question.effect.name, a.question.beside]
         assert a.ratio > 1
-        assert a.loss > 2 * before.loss
+        assert a.loss > 1.5 * before.loss  # of a gain no motion tells more than how well forces are known
 
 
 def test_limits_hold() -> None:
