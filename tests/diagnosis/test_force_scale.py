@@ -66,7 +66,6 @@ def test_causes_are_sought_again_where_a_gain_may_be_a_drums(
         assert [c.effect.name for c in begun[1][1]] == ["drum_radius"] * kept
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("of_drawn_drums", [False, True])
 def test_numbers_hold_on_an_arm_whose_drums_are_off_within_their_tolerance(of_drawn_drums: bool) -> None:
     """of_drawn_drums: whether the log's forces are torques over the radii in the drawing, else the forces that act.
