@@ -119,7 +119,7 @@ def share_that_causes_leave(stage: FitStage, whiten: Whitener, seed: int) -> flo
     chosen = chosen_jointly(
         choices, start, _least_gains(stage, offered, _by_chance(beside, stage.causes, seed)), _simpler(stage)
     )
-    return 1 - (choices.loss(start) - choices.loss(chosen)) / stage.surplus
+    return 1 - (choices.loss(start) - choices.loss(chosen)) / max(stage.surplus, 1.0)
 
 
 def _halves(last: FitStage, after: FitStage) -> bool:

@@ -18,9 +18,6 @@ from identification.whitening import Whitener
 
 Array = NDArray[np.float64]
 
-_DRAWS = 1
-"""of noise, by which its score is told: where it matters at all it is a sum over all rows"""
-
 
 def noise_columns(stage: FitStage, ensembles: Sequence[NoiseEnsemble]) -> list[Array]:
     """Of a draw of each recording: what its noise changes of columns and residual, (C, S, K + 1), not whitened.
@@ -33,18 +30,17 @@ def noise_columns(stage: FitStage, ensembles: Sequence[NoiseEnsemble]) -> list[A
 
 
 def score_of_noise(stage: FitStage, ensembles: Sequence[NoiseEnsemble], whiten: Whitener) -> Array:
-    """What noise alone makes of the products of a stage's columns with its residual, where both hold it, (K,): mean of draws.
+    """What noise alone makes of the products of a stage's columns with its residual, where both hold it, (K,).
 
     An arm that is smaller and lighter as a whole makes less of the angles' noise. Least squares take that for a better fit, and
-    find every number by a part of its tolerance too small, however little noise there is."""
+    find every number by a part of its tolerance too small, however little noise there is. One draw tells it, in so many rows."""
     at = stage.comparison.linearisation
     read = [e.signals(at.hypothesis, float(lag)) for e, lag in zip(ensembles, at.frame_lags, strict=True)]
-    matrices = [_read_columns(stage, [signals[i] for signals in read]) for i in range(_DRAWS + 1)]
-    score = np.zeros(matrices[0][0].shape[-1] - 1)
-    for drawn in matrices[1:]:
-        for with_noise, noise_free, r in zip(drawn, matrices[0], at.recordings, strict=True):
-            rows = whiten(with_noise - noise_free, segment_starts(r.signals), r.input_variance)
-            score += np.einsum("csk,cs->k", rows[..., :-1], rows[..., -1]) / _DRAWS
+    noise_free, drawn = (_read_columns(stage, [signals[i] for signals in read]) for i in range(2))
+    score = np.zeros(noise_free[0].shape[-1] - 1)
+    for with_noise, without, r in zip(drawn, noise_free, at.recordings, strict=True):
+        rows = whiten(with_noise - without, segment_starts(r.signals), r.input_variance)
+        score += np.einsum("csk,cs->k", rows[..., :-1], rows[..., -1])
     return score
 
 
