@@ -17,8 +17,9 @@ from mechanism.laws import LAWS
 from xneck_foundation.errors import Refused
 from xneck_foundation.spelling import quoted, valid_words
 
-_SCALINGS = 3
-"""of an effect to what the recordings show: its loss grows faster than its square, for what is known counts the more"""
+_SCALINGS, _GROWTH = 6, 3.0
+"""of an effect to what the recordings show, and the power by which its loss is taken to grow: from its square on, for what is
+known counts the more, up to its fourth power"""
 
 
 def effects_among(names: Sequence[str]) -> tuple[list[Effect], list[str]]:
@@ -86,7 +87,7 @@ def _between(named: NamedCause, search: Search) -> list[Question]:
             one = Suspect(effect, one.shape, columns, cause.amounts / effect.sizes(_arm(search))[list(columns)])
         else:
             for _ in range(_SCALINGS):
-                scale = np.sqrt(named.gain / max(loss_alone(nothing_else, one), 1e-12))
+                scale = (named.gain / max(loss_alone(nothing_else, one), 1e-12)) ** (1 / _GROWTH)
                 one = Suspect(effect, one.shape, columns, scale * one.numbers)
         out += [Question((one,), other.effect) for other in named.tied if other.effect is not effect]
     return out

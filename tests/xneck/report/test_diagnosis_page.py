@@ -109,7 +109,7 @@ def test_the_sentence_says_what_where_how_much_and_what_it_gains(found: Diagnosi
     assert found.verdict == "cause"
     assert re.match(
         r"The arm carries something at its tip \(m = [\d.]+ ± [\d.]+ kg\)\. On recordings that were not fitted, "
-        r"the simulated motor angles are off by [\d.]+ rad in place of [\d.]+ \(gain [\d.]+ ± [\d.]+; noise alone: [\d.]+\)\. "
+        r"the arm equations are off by [\d.]+ N m in place of [\d.]+ \(gain [\d.]+ ± [\d.]+; noise alone: [\d.]+\)\. "
         r"The simulated tip is off by [\d.]+ mm in place of [\d.]+\.$",
         diagnosis_sentence(found),
     )
@@ -150,7 +150,7 @@ def test_what_a_diagnosis_leaves_open_is_asked_of_its_motion(found: Diagnosis) -
     for q in asked:
         (suspect,) = q.suspects
         if suspect.effect is not named.effect:
-            assert loss_alone(nothing_else, suspect) == pytest.approx(named.gain, rel=0.5)
+            assert loss_alone(nothing_else, suspect) == pytest.approx(named.gain, rel=0.1)
     untold = open_questions(unnamed(found, "insufficient", "too short"))
     assert {q.effect.name for q in untold} == set(found.detectability.invisible)
 
