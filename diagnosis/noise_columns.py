@@ -1,6 +1,6 @@
 """What noise of the angles adds to a stage's columns: by it is told how loud noise is with other numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,10 +23,7 @@ def noise_columns(stage: FitStage, ensembles: Sequence[NoiseEnsemble]) -> list[A
     """Of a draw of each recording: what its noise changes of columns and residual, (C, S, K + 1), not whitened.
 
     The stage's own columns are free of vision's noise where they can be; here they are as the residual depends on them."""
-    at = stage.comparison.linearisation
-    read = [e.signals(at.hypothesis, float(lag)) for e, lag in zip(ensembles, at.frame_lags, strict=True)]
-    noise_free, drawn = (_columns(stage, [signals[i] for signals in read]) for i in range(2))
-    return [d - f for d, f in zip(drawn, noise_free, strict=True)]
+    return _changed_by_noise(stage, ensembles, _columns)
 
 
 def score_of_noise(stage: FitStage, ensembles: Sequence[NoiseEnsemble], whiten: Whitener) -> Array:
@@ -34,14 +31,24 @@ def score_of_noise(stage: FitStage, ensembles: Sequence[NoiseEnsemble], whiten: 
 
     An arm that is smaller and lighter as a whole makes less of the angles' noise. Least squares take that for a better fit, and
     find every number by a part of its tolerance too small, however little noise there is. One draw tells it, in so many rows."""
-    at = stage.comparison.linearisation
-    read = [e.signals(at.hypothesis, float(lag)) for e, lag in zip(ensembles, at.frame_lags, strict=True)]
-    noise_free, drawn = (_read_columns(stage, [signals[i] for signals in read]) for i in range(2))
-    score = np.zeros(noise_free[0].shape[-1] - 1)
-    for with_noise, without, r in zip(drawn, noise_free, at.recordings, strict=True):
-        rows = whiten(with_noise - without, segment_starts(r.signals), r.input_variance)
+    recordings, noise = stage.comparison.linearisation.recordings, _changed_by_noise(stage, ensembles, _read_columns)
+    score = np.zeros(noise[0].shape[-1] - 1)
+    for changed, r in zip(noise, recordings, strict=True):
+        rows = whiten(changed, segment_starts(r.signals), r.input_variance)
         score += np.einsum("csk,cs->k", rows[..., :-1], rows[..., -1])
     return score
+
+
+def _changed_by_noise(
+    stage: FitStage,
+    ensembles: Sequence[NoiseEnsemble],
+    columns: Callable[[FitStage, Sequence[Signals]], list[Array]],
+) -> list[Array]:
+    """What a draw of each recording's noise changes of columns and residual, (C, S, K + 1), not whitened."""
+    at = stage.comparison.linearisation
+    read = [e.signals(at.hypothesis, float(lag)) for e, lag in zip(ensembles, at.frame_lags, strict=True)]
+    noise_free, drawn = (columns(stage, [signals[i] for signals in read]) for i in range(2))
+    return [d - f for d, f in zip(drawn, noise_free, strict=True)]
 
 
 def _read_columns(stage: FitStage, signals: Sequence[Signals]) -> list[Array]:
