@@ -63,7 +63,7 @@ SUBSET = $(CORE) tests/calibration tests/vision tests/xneck/recording -m "not sl
 NEWEST_SUBSET = $(CORE) -m "not slow" -q
 
 # what these tests need of the development tools: some others ask for newer dependencies than the oldest that are allowed
-TOOLS = --editable . pytest pytest-xdist hypothesis playwright mujoco mcap-ros2-support pyapriltags jsonschema rosbags pyarrow
+TOOLS = --editable . pytest pytest-timeout pytest-xdist hypothesis playwright mujoco mcap-ros2-support pyapriltags jsonschema rosbags pyarrow
 
 oldest: | $(BIN)/python
 	$(PYTHON) -m venv --clear $(VENV)/oldest
