@@ -3,6 +3,7 @@
 import logging
 import sys
 import tempfile
+import time
 import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -28,6 +29,9 @@ _MAX_WORKER_DEATHS = 2
 """workers that may die under a task before it is given up: the third death is the task's fault, no accident (docs/thresholds.md)"""
 _POLL_S = 1.0
 """s: time after which it is seen that there are more workers, or fewer"""
+_MAX_ALONE_S = 60.0
+"""s: a cluster whose workers are all gone for longer is refused; those that are started anew come back within it
+(docs/thresholds.md)"""
 _CONNECT_TIMEOUT_S = 10
 """s: a scheduler that does not answer within it is refused (docs/thresholds.md)"""
 _DASK_SETTINGS: dict[str, Any] = {
@@ -100,16 +104,23 @@ def run_tasks(
     """Calls function(*arguments) for each task, by name, on the workers, which import `function`; yields each as it ends.
 
     A task whose worker dies is started again; one that raises is not, as it would raise again.
-    Raises Refused where the scheduler is lost.
+    Raises Refused where the scheduler is lost, or all workers are, for good.
     """
     from distributed import wait
 
     pending = deque(tasks)
     running: dict[Any, str] = {}
     deaths: Counter[str] = Counter()
+    last_seen = time.monotonic()
     while pending or running:
+        threads = _thread_count(client)
+        if threads:
+            last_seen = time.monotonic()
+        elif time.monotonic() - last_seen > _MAX_ALONE_S:
+            what = f"has had no workers for {_MAX_ALONE_S:g} s"
+            raise Refused("the cluster", what, "start some, then the same command again")
         # no more than can run: a task that waits on a worker that dies is blamed with the one that killed it
-        while pending and len(running) < _thread_count(client):
+        while pending and len(running) < max(1, threads):
             name = pending.popleft()
             key = f"{name}-{uuid.uuid4().hex}"
             running[client.submit(_result_or_refusal, function, tasks[name], replaces_any_file(), key=key)] = name
@@ -140,9 +151,9 @@ def _worker_deaths(future: Any) -> int:
 
 
 def _thread_count(client: Any) -> int:
-    """Threads of all workers that are connected, at least one."""
+    """Threads of all workers that are connected."""
     with _scheduler_there():
-        return max(1, sum(client.nthreads().values()))
+        return sum(client.nthreads().values())
 
 
 @contextmanager

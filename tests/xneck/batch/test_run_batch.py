@@ -140,19 +140,32 @@ def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     options: Any = {"cwd": place, "env": os.environ | alone, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     scheduler = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", *common]
     worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "2", *common]
-    with subprocess.Popen(scheduler, **options) as first, subprocess.Popen(worker, **options) as second:
-        while not note.exists():
-            assert first.poll() is None
-            time.sleep(0.05)
-        address = json.loads(note.read_text())["address"]
+    with running(scheduler, **options), running(worker, **options):
+        address = json.loads(written(note))["address"]
         from distributed import Client
 
         with Client(address) as client:
-            client.wait_for_workers(1)
+            client.wait_for_workers(1, timeout=120)
         yield address
-        second.terminate()
-        second.wait()  # without its scheduler it would try to reach it for eight seconds
-        first.terminate()
+
+
+@contextmanager
+def running(words: list[str], **options: Any) -> Iterator[None]:
+    """A process that ends with the block, however that ends."""
+    with subprocess.Popen(words, **options) as process:
+        try:
+            yield
+        finally:
+            process.terminate()
+
+
+def written(note: Path) -> str:
+    """A file of one line that another process writes: it may be there, and still empty."""
+    for _ in range(2400):
+        if note.exists() and (text := note.read_text()).rstrip().endswith("}"):
+            return text
+        time.sleep(0.05)
+    raise AssertionError(f"{note} is not written")
 
 
 def test_another_machine_comes_to_the_same(

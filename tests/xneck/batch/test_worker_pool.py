@@ -146,6 +146,22 @@ def test_a_scheduler_that_is_lost_ends_it_in_one_line(tmp_path: Path, monkeypatc
                 list(outcomes)
 
 
+def test_workers_that_are_gone_for_good_end_it_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A task would wait for another one for ever."""
+    monkeypatch.setattr(module, "_MAX_ALONE_S", 1.0)
+    options: Any = {"processes": False, "dashboard_address": "127.0.0.1:0", "protocol": "tcp"}
+    cluster: Any
+    with (
+        LocalCluster(n_workers=1, **options) as cluster,
+        worker_pool(None, Cluster(cluster.scheduler_address), tmp_path) as client,
+    ):
+        outcomes = run_tasks(client, square, {str(i): (i,) for i in range(9)})
+        assert next(outcomes).failure is None
+        cluster.scale(0)
+        with pytest.raises(Refused, match="the cluster: has had no workers for 1 s; start some"):
+            list(outcomes)
+
+
 @pytest.mark.parametrize("error", [CommClosedError("in <TCP (closed)>"), CancelledError("k")])
 def test_a_scheduler_that_dies_before_a_result_is_fetched_ends_it_so_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
