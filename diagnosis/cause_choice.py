@@ -54,7 +54,7 @@ def with_all_causes(
         simpler = _simpler(last)
         chosen = chosen_jointly(choices, start, least_gains, simpler)
         if sorted(chosen) == start:
-            after = _without_a_needless_one(fitter, last, choices, least_gains)
+            after = _without_a_needless_one(fitter, last, choices, least_gains, by_chance)
             after = after or _with_one_far_off(fitter, last, choices, offered, by_chance)
             after = after or _in_all_places(fitter, last, by_chance)
         else:
@@ -88,9 +88,10 @@ def with_all_causes(
                 break
             given_up = here
             continue
-        if _places(after) in been and _places(after) != _places(
-            last
-        ):  # one cause more, one fewer, and so on: what is left is about the same
+        if _places(after) in been and _places(after) != _places(last):
+            # one cause more, one fewer, and so on: what is left is about the same, but for what stands plainly above noise
+            if _clears(after, last, by_chance):
+                fitter, last = fitter.with_own_weights(after)
             break
         if _a_law_would_do(last, after, fitter.whiten, free_fits):
             if _halves(last, after):
@@ -169,11 +170,16 @@ def _without_impossible(fitter: CauseFitter, stage: FitStage) -> FitStage:
 
 
 def _without_a_needless_one(
-    fitter: CauseFitter, last: FitStage, choices: Choices, least_gains: Callable[[int, float], float]
+    fitter: CauseFitter,
+    last: FitStage,
+    choices: Choices,
+    least_gains: Callable[[int, float], float],
+    by_chance: float,
 ) -> FitStage | None:
     """The fit without the cause that takes least, where that leaves little more: straight lines may call it needed.
 
-    They are not wrong by as much as all that noise makes. Half of what it must take to be added keeps it."""
+    They are not wrong by as much as all that noise makes. Half of what it must take to be added keeps it, and so does an equation
+    that is left with plainly more than noise without it alone."""
     everything = range(len(last.causes))
     if len(everything) < 2:
         return None
@@ -183,7 +189,14 @@ def _without_a_needless_one(
         return None
     to_beat = last.surplus + KEPT_SHARE * least_gains(least, last.noise_loss + max(0.0, last.surplus))
     stage = fitted_without(fitter, last, [least], to_beat)
-    return stage if stage.possible and stage.surplus < to_beat else None
+    is_needless = stage.surplus < to_beat and not _clears(last, stage, by_chance)
+    return stage if stage.possible and is_needless else None
+
+
+def _clears(stage: FitStage, other: FitStage, by_chance: float) -> bool:
+    """Whether nothing stands plainly above noise any more, and did beside what another stage has, by more than chance makes."""
+    is_clear = leaves_plainly_more(other.excess) and not leaves_plainly_more(stage.excess)
+    return is_clear and other.surplus - stage.surplus > by_chance
 
 
 def _with_one_far_off(
