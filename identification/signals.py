@@ -59,7 +59,7 @@ class Signals:
     load: Array
     """M alpha'' + c + g, (T, N), N m"""
     wraps: Array
-    """on the pulleys before each mechanism's span, (T, N, M), rad"""
+    """on the pulleys of each mechanism that slide as its span does, then on the others, (T, 2 N, M), rad"""
     length: Array
     """(T, M), m"""
     x: Array

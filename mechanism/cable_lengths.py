@@ -66,11 +66,11 @@ def lengths_without_pulleys(arm: Arm, alpha: Array) -> Array:
 
 @dataclass(frozen=True)
 class PoseGeometry:
-    """All cables in many poses: lengths (..., M), m, angles of wrap (..., N, M), rad, and Z (..., N, M), m."""
+    """All cables in many poses: lengths (..., M), m, angles of wrap (..., 2 N, M), rad, and Z (..., N, M), m."""
 
     length: Array
     wraps: Array
-    """on the pulleys before each mechanism's span and behind the last one's"""
+    """first on the pulleys of each mechanism that slide as its span does, then on those that slide as what is above it"""
     Z: Array
 
     @property
@@ -83,7 +83,7 @@ def geometry_of_poses(arm: Arm, alpha: Array) -> PoseGeometry:
     """Lengths, angles of wrap and Z together; alpha of shape (..., N), rad."""
     shape = np.broadcast_shapes(np.shape(alpha)[:-1], batch_shape(arm, {}))
     count = int(np.prod(shape))
-    length, wraps, jacobian = np.empty((arm.M, count)), *(np.empty((arm.N, arm.M, count)) for _ in range(2))
+    length, wraps, jacobian = (np.empty((*axes, arm.M, count)) for axes in ((), (2 * arm.N,), (arm.N,)))
     for begin in range(0, count, MAX_BATCH_OF_POSES):
         part = slice(begin, min(begin + MAX_BATCH_OF_POSES, count))
         g = cable_geometry(arm_batch_last(arm, shape, part), to_batch_last(alpha, shape, part))
@@ -93,7 +93,7 @@ def geometry_of_poses(arm: Arm, alpha: Array) -> PoseGeometry:
 
 @dataclass(frozen=True)
 class CableGeometry:
-    """All cables in one pose, in batch layout: lengths (M, B), m, angles of wrap (N, M, B), rad, and Z (N, M, B), m."""
+    """All cables in one pose, in batch layout: lengths (M, B), m, angles of wrap (2 N, M, B), rad, and Z (N, M, B), m."""
 
     length: Array
     wraps: Array
@@ -122,15 +122,14 @@ def cable_geometry(arm: Arm, alpha: Array) -> CableGeometry:
     portion_of = portions(arm, alpha)
     shape = np.broadcast_shapes(alpha.shape, arm.L.shape, arm.b.shape, arm.r.shape)
     length, wraps, jacobian = (
-        np.zeros_like(alpha, shape=(*axes, *shape[1:])) for axes in ((arm.M,), (arm.N, arm.M), (arm.N, arm.M))
+        np.zeros_like(alpha, shape=(*axes, *shape[1:])) for axes in ((arm.M,), (2 * arm.N, arm.M), (arm.N, arm.M))
     )
     for j, route in enumerate(arm.routes):
         for i, word in enumerate(route):
             length[j] += portion_of[word].length[i]
             jacobian[i, j] = -portion_of[word].d1[i]
-            above = portion_of[word].wrap_above[i]
-            wraps[i, j] += portion_of[word].wrap[i] - above
-            wraps[min(i + 1, arm.N - 1), j] += above
+            wraps[arm.N + i, j] = portion_of[word].wrap_above[i]
+            wraps[i, j] = portion_of[word].wrap[i] - wraps[arm.N + i, j]
     return CableGeometry(length, wraps, jacobian)
 
 

@@ -200,7 +200,7 @@ class Machine:
     def losses(self, Z: Array, alpha_d: Array, wraps: Array) -> Array:
         """Logarithm of a cable's tension at the drum over what arrives at each mechanism's span, (N, ..., M).
 
-        Z, wraps: (N, ..., M), m and rad, mechanisms first; alpha_d: (N, ...) to be multiplied with them, rad/s.
+        Z, wraps: (N, ..., M), (2 N, ..., M), m and rad, mechanisms first; alpha_d: (N, ...) to be multiplied with Z, rad/s.
         """
         at = _sliding(Z, alpha_d, wraps)
         here = [law.loss(self.values, at) for law in self.laws if law.loses(self.values)]
@@ -215,7 +215,8 @@ class Machine:
     def held_torque(self, at: JointMotion, Z: Array, wraps: Array, tension: Array) -> Array:
         """By which dry friction may hold each joint at rest otherwise than the laws say, (T, N), N m.
 
-        Z, wraps: (T, N, M), m and rad; tension: (T, M), N. What holds a cable at several pulleys of its way adds up in squares."""
+        Z, wraps: (T, N, M), (T, 2 N, M), m and rad; tension: (T, M), N. What holds a cable at several pulleys of its way adds up
+        in squares."""
         square = self.held_in_joints(at)
         if self.loses_on_the_way:
             mechanisms_first = (np.moveaxis(v, -2, 0) for v in (Z, at.alpha_d[..., None], wraps))
@@ -241,7 +242,7 @@ class Machine:
     def ratios_lost(self, Z: Array, alpha_d: Array, wraps: Array) -> Array:
         """Share of a cable's tension that is lost on the way to each mechanism, (..., N, M).
 
-        Z, wraps: (..., N, M), m and rad; alpha_d: (..., N), rad/s."""
+        Z, wraps: (..., N, M), (..., 2 N, M), m and rad; alpha_d: (..., N), rad/s."""
         mechanisms_first = (np.moveaxis(v, -2, 0) for v in (Z, np.asarray(alpha_d)[..., None], wraps))
         return -np.expm1(-np.moveaxis(self.losses(*mechanisms_first), 0, -2))
 
@@ -262,4 +263,4 @@ class Machine:
 def _sliding(Z: Array, alpha_d: Array, wraps: Array) -> Sliding:
     """How cables slide over the pulleys before each mechanism's span, (N, ..., M); arguments as in `Machine.losses`."""
     speeds = running_sums((Z * alpha_d)[::-1])[::-1]
-    return Sliding(speeds, np.broadcast_to(wraps, speeds.shape))
+    return Sliding(speeds, before=wraps[: len(speeds)], above=wraps[len(speeds) :])

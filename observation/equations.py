@@ -185,7 +185,7 @@ def _check_laws(machine: Machine) -> None:
             )
             law.friction(machine.values, turning)
             law.resistance(machine.values, JointMotion(joint, joint, joint))
-            law.loss(machine.values, Sliding(cable, cable))
+            law.loss(machine.values, Sliding(cable[None], cable[None], cable[None]))
         except Untraceable as error:
             raise Refused("observe", f"the law {law.name} cannot be written as code ({error})") from error
 

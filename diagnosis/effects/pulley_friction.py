@@ -14,6 +14,6 @@ class PulleyFriction(LawEffect):
     shown_by = TENSION_ALONG_MOTION
     law = "pulley_friction"
     terms = law_terms("pulley_friction", "mu", "ma")
-    shape_terms = law_terms("pulley_friction", "vp")
-    start_shapes = ({"vp": SLIDING_M_S},)
+    shape_terms = law_terms("pulley_friction", "vp", "wm")
+    start_shapes = ({"vp": SLIDING_M_S, "wm": 0.0},)
     order = 4

@@ -123,12 +123,26 @@ class JointMotion:
 
 @dataclass(frozen=True)
 class Sliding:
-    """Cables that slide over the pulleys before a mechanism's span, all (..., M)."""
+    """Cables that slide over the pulleys of the mechanisms, all (N, ..., M)."""
 
     speed: Array
-    """m/s, towards the drum"""
-    wrap: Array
-    """angle by which they are wound around those pulleys, rad"""
+    """of what passes the pulleys before each mechanism's span, m/s, towards the drum"""
+    before: Array
+    """angle by which they are wound around those of the mechanism itself, rad"""
+    above: Array
+    """the same of those that slide as what is above it, rad"""
+
+    def wrap(self, share: Array) -> Array:
+        """Angle of wrap before each span; behind the last one is before it.
+
+        share: of what lies above a span, that slides as the span does all the same; below zero, of what lies before it, that does
+        not."""
+        sooner, later = np.maximum(share, 0.0) * self.above, np.maximum(-share, 0.0) * self.before
+        before, above = self.before + sooner - later, self.above - sooner + later
+        wrap = before.copy()
+        wrap[1:] += above[:-1]
+        wrap[-1] += above[-1]
+        return wrap
 
 
 class Law:

@@ -270,7 +270,7 @@ def test_what_rubs_along_the_arm_does_not_change_with_the_cables_ways(data: Data
     does. What turns over between two kept rows, here and in a joint, was not filtered as residuals are.
     """
     h = as_described(data.neck)
-    along = {"mu": np.zeros(h.arm.M), "ma": np.full(h.arm.M, 0.02), "vp": np.array([1e-3])}
+    along = {"mu": np.zeros(h.arm.M), "ma": np.full(h.arm.M, 0.02), "vp": np.array([1e-3]), "wm": np.zeros(1)}
     rubbing = read_at(h.with_law("pulley_friction", along), data, base_unknowns(h, 1).start())
     nuisances, arm_rows = nuisances_at(rubbing), slice(h.arm.M, None)
     pulleys = [k for k, number in enumerate(nuisances.drawing) if number.kind == "pulley"]
@@ -308,7 +308,10 @@ def test_what_motors_rub_by_does_not_change_with_the_cables(name: str, data: Dat
     with this friction went to where nothing is least: motors were left with 2 to 7 times noise in recordings not fitted.
     """
     h = as_described(data.neck)
-    h = h.with_law("pulley_friction", {"mu": np.full(h.arm.M, 0.01), "ma": np.zeros(h.arm.M), "vp": np.array([1e-3])})
+    h = h.with_law(
+        "pulley_friction",
+        {"mu": np.full(h.arm.M, 0.01), "ma": np.zeros(h.arm.M), "vp": np.array([1e-3]), "wm": np.zeros(1)},
+    )
     u = base_unknowns(h, 1)
     place = u.slots[name, 0 if name == "x0" else None].start
     change = 0.01 * u.size[place] * np.eye(len(u.size))[place]

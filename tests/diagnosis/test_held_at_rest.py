@@ -61,6 +61,6 @@ def test_friction_and_what_it_may_hold_beyond_are_no_more_than_its_greatest() ->
     assert np.all(np.hypot(law.resistance(values, at), held) < 0.05 * (1 + 1e-9))
     assert held[200, 0] == pytest.approx(0.05)
     assert np.all(held[np.abs(speed) > 0.1] < 0.03 * 0.05)
-    cable = {"ma": np.array([0.01]), "vp": np.array([1e-3])}
-    still = law_named("pulley_friction").held_loss(cable, Sliding(np.zeros(1), np.array([3.0])))
+    cable = {"ma": np.array([0.01]), "vp": np.array([1e-3]), "wm": np.zeros(1)}
+    still = law_named("pulley_friction").held_loss(cable, Sliding(*np.array([0.0, 3.0, 0.0])[:, None, None]))
     assert still == pytest.approx(0.03)

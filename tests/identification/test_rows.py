@@ -38,7 +38,7 @@ def signals(rng: np.random.Generator, count: int = 1000) -> Signals:
         name: some(3, 1.0) for name in ("alpha", "alpha_d", "alpha_dd", "load", "vision_alpha", "vision_alpha_d")
     }
     known |= {"theta_d": some(4, 20.0), "f": 50 + some(4, 20.0), "inertial": some(4, 1.0)}
-    known |= {"wraps": np.stack([2 + some(4, 0.3) for _ in range(3)], axis=1)}
+    known |= {"wraps": np.stack([1 + some(4, 0.3) for _ in range(6)], axis=1)}
     known |= {"theta": some(4, 5.0), "theta_dd": some(4, 99.0)}
     known |= {"length": 1 + some(4, 0.1), "x": 5e-3 + some(4, 3e-3), "x_d": some(4, 2e-2)}
     half = some(4, 0.5) * np.array([-1.0, 1.0])[:, None, None]

@@ -84,10 +84,11 @@ def test_pulley_friction_is_eytelweins() -> None:
 
 def test_along_the_arm_a_cable_loses_by_the_way_it_slides() -> None:
     """0.2 a radian over half a turn: e^-0.628 = 0.533 of the tension arrives where it is drawn in; half of the log at 0.53 vp."""
-    values = of_cables(ma=0.2, vp=1e-3)
+    values = of_cables(ma=0.2, vp=1e-3, wm=0.0)
 
     def loss(speed: float) -> float:
-        return _one(LAWS["pulley_friction"].loss(values, Sliding(np.full(4, speed), np.full(4, math.pi))))
+        at = Sliding(*np.full((3, 1, 4), [[[speed]], [[math.pi]], [[0.0]]]))
+        return _one(LAWS["pulley_friction"].loss(values, at)[0])
 
     assert math.exp(-loss(1.0)) == pytest.approx(0.5335, rel=1e-4)
     assert loss(-1.0) == pytest.approx(-loss(1.0), rel=1e-12)
@@ -256,6 +257,7 @@ ARMS = {
     "mu": (0.0, 0.1),
     "ma": (0.0, 0.1),
     "vp": (3e-4, 5e-3),
+    "wm": (-1.0, 1.0),
     "slack": (0.0, 1.0),
     "xs": (5e-6, 9e-4),
     "fst": (0.0, 200.0),

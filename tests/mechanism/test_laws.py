@@ -72,14 +72,17 @@ def test_friction_takes_power_and_never_gives(name: str) -> None:
 
 def test_cables_that_rub_along_the_arm_take_power_in_all_their_spans_together() -> None:
     """Each of them, whichever way the joints turn; where it slides one way at every pulley, Eytelwein's ratio arrives."""
-    machine = Machine(
-        ARM, ("pulley_friction",), some("pulley_friction") | {"ma": np.full(4, 0.02), "vp": np.array([1e-3])}
-    )
+    route = {"ma": np.full(4, 0.02), "vp": np.array([1e-3]), "wm": np.zeros(1)}
+    machine = Machine(ARM, ("pulley_friction",), some("pulley_friction") | route)
     rng = np.random.default_rng(2)
     alpha, alpha_d = rng.uniform(-0.8, 0.8, (2, 200, 3))
     cables = geometry_of_poses(ARM, alpha)
     lost = machine.ratios_lost(cables.Z, alpha_d, cables.wraps)
     assert np.all(np.einsum("tij,tij,ti->tj", cables.Z, lost, alpha_d) > 0)
+    for share in (-1.0, -0.3, 0.4, 1.0):  # wherever along the arm they are wound
+        elsewhere = replace(machine, values=machine.values | {"wm": np.array([share])})
+        lost = elsewhere.ratios_lost(cables.Z, alpha_d, cables.wraps)
+        assert np.all(np.einsum("tij,tij,ti->tj", cables.Z, lost, alpha_d) > -1e-12)
     fast = machine.ratios_lost(cables.Z, 1e4 * np.sign(cables.Z[..., 0]) * np.array([1.0, 0.0, 0.0]), cables.wraps)
     np.testing.assert_allclose(1 - fast[:, 0, 0], np.exp(-0.02 * cables.wraps[:, 0, 0]), rtol=1e-6)
 
@@ -214,11 +217,11 @@ def test_wraps_are_those_of_taut_strings() -> None:
 def test_what_is_wound_around_pulleys_of_an_upper_bar_slides_as_the_cable_above() -> None:
     """Taut strings again: of each mechanism's pulleys the first is on its lower bar."""
     alpha = np.random.default_rng(1).uniform(-0.6, 0.6, (20, 3))
-    expected = np.zeros((20, 3, 4))
+    expected = np.zeros((20, 6, 4))
     for j, route in enumerate(ARM.routes):
         for i, word in enumerate(route):
             string = piece(word, alpha[:, i], ARM.L[i], ARM.b[i], ARM.r[i]).string
             first, *above = (w.radius > 0 for w in string.wheels)
             expected[:, i, j] += string.wound[:, 0] * first
-            expected[:, min(i + 1, 2), j] += string.wound[:, 1:] @ np.array(above)
+            expected[:, 3 + i, j] += string.wound[:, 1:] @ np.array(above)
     np.testing.assert_allclose(geometry_of_poses(ARM, alpha).wraps, expected, atol=1e-12)

@@ -11,7 +11,7 @@ from observation.observer import Observer
 from observation.resting_arm import compliance
 from tests.observation.arms import SEEDS, case, with_laws
 
-NUMBERS = {"cj": 0.08, "dj": 0.0, "vj": 0.01, "nj": 3.0, "mu": 0.0, "ma": 0.01, "vp": 1e-3}
+NUMBERS = {"cj": 0.08, "dj": 0.0, "vj": 0.01, "nj": 3.0, "mu": 0.0, "ma": 0.01, "vp": 1e-3, "wm": -0.2}
 ROWS = 3000
 """of an arm at rest: after so many what is not known of speeds where it begins has faded"""
 
