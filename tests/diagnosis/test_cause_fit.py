@@ -62,11 +62,11 @@ def test_a_number_that_ended_at_the_end_of_its_range_has_no_sigma() -> None:
     data = recording(2000)
     fitter = CauseFitter(as_described(data.neck), [noise_ensemble(data, frame_angles(data), 0)])
     effect = EFFECTS["pulley_friction"]
-    (term,) = effect.shape_terms
+    term = effect.shape_terms[0]
     everywhere = effect.placements(as_described(data.neck).arm)[0]
     sigmas = {}
     for value in (term.low, 3 * term.low):
-        cause = Cause(effect, everywhere, np.zeros(len(everywhere.columns)), {term.name: value})
+        cause = Cause(effect, everywhere, np.zeros(len(everywhere.columns)), {term.name: value, "wm": 0.0})
         (numbers,) = parameters_of(fitter.fitted(fitter.base_model().comparison.linearisation, (cause,)))
         (sigmas[value],) = (p.sigma for p in numbers if p.name == term.name)
     assert np.isinf(sigmas[term.low])
