@@ -96,6 +96,17 @@ def test_along_the_arm_a_cable_loses_by_the_way_it_slides() -> None:
     assert loss(half) == pytest.approx(0.5 * loss(1.0), rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("share", "wrap"),
+    [(0.0, [1.0, 2.4, 4.1]), (0.5, [1.2, 2.45, 3.85]), (-0.5, [0.5, 1.9, 5.1]), (1.0, [1.4, 2.5, 3.6])],
+)
+def test_a_share_of_what_is_wound_slides_with_the_span_below_or_above(share: float, wrap: list[float]) -> None:
+    """By hand, of three mechanisms with 1, 2 and 3 rad before their spans and 0.4, 0.5 and 0.6 behind: all of it stays 7.5."""
+    at = Sliding(np.zeros((3, 1)), np.array([[1.0], [2.0], [3.0]]), np.array([[0.4], [0.5], [0.6]]))
+    np.testing.assert_allclose(at.wrap(np.array([share]))[:, 0], wrap, rtol=1e-12)
+    assert sum(wrap) == pytest.approx(7.5, rel=1e-12)
+
+
 def test_a_linear_cable_is_a_spring_and_a_damper() -> None:
     values = of_cables(k=8e3, ca=60.0)
     assert pull("linear_cable", values, cable(0.004, -0.1)) == pytest.approx(32.0 - 6.0, rel=1e-12)

@@ -80,7 +80,7 @@ def test_cables_that_rub_along_the_arm_take_power_in_all_their_spans_together() 
     lost = machine.ratios_lost(cables.Z, alpha_d, cables.wraps)
     assert np.all(np.einsum("tij,tij,ti->tj", cables.Z, lost, alpha_d) > 0)
     for share in (-1.0, -0.3, 0.4, 1.0):  # wherever along the arm they are wound
-        elsewhere = replace(machine, values=machine.values | {"wm": np.array([share])})
+        elsewhere = replace(machine, values={**machine.values, "wm": np.array([share])})
         lost = elsewhere.ratios_lost(cables.Z, alpha_d, cables.wraps)
         assert np.all(np.einsum("tij,tij,ti->tj", cables.Z, lost, alpha_d) > -1e-12)
     fast = machine.ratios_lost(cables.Z, 1e4 * np.sign(cables.Z[..., 0]) * np.array([1.0, 0.0, 0.0]), cables.wraps)
