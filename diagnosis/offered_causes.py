@@ -33,7 +33,10 @@ def choices_beside(stage: FitStage, comparison: Comparison, given_up: Collection
     arm = comparison.linearisation.hypothesis.arm
     offered, options = list(stage.causes), []
     sizes = [cause.sizes(arm) for cause in stage.causes]
-    amounts = [np.resize(np.append(c.amounts, 0.0 * s), len(s)) / s for c, s in zip(stage.causes, sizes, strict=True)]
+    amounts = [
+        np.append(cause.amounts, np.zeros(len(size) - len(cause.amounts))) / size
+        for cause, size in zip(stage.causes, sizes, strict=True)
+    ]
     for cause, columns in zip(stage.causes, stage.columns_of_causes, strict=True):
         low = cause.effect.least_numbers(arm)[list(cause.where.columns)]
         # an option is a choice of amounts and shape: shape goes either way

@@ -1,6 +1,7 @@
 """Many tasks on many cores or machines by dask.distributed: each worker runs one at a time, and one that fails stops no other."""
 
 import logging
+import math
 import sys
 import tempfile
 import time
@@ -111,12 +112,11 @@ def run_tasks(
     pending = deque(tasks)
     running: dict[Any, str] = {}
     deaths: Counter[str] = Counter()
-    last_seen = time.monotonic()
+    alone_since = math.inf
     while pending or running:
         threads = _thread_count(client)
-        if threads:
-            last_seen = time.monotonic()
-        elif time.monotonic() - last_seen > _MAX_ALONE_S:
+        alone_since = math.inf if threads else min(alone_since, time.monotonic())
+        if time.monotonic() - alone_since > _MAX_ALONE_S:
             what = f"has had no workers for {_MAX_ALONE_S:g} s"
             raise Refused("the cluster", what, "start some, then the same command again")
         # no more than can run: a task that waits on a worker that dies is blamed with the one that killed it
