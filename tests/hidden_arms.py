@@ -15,6 +15,7 @@ from samples.forward_arms.arms import make_arms
 from samples.forward_arms.drawing import HYPERBOLA, drawn
 from samples.forward_arms.laws import (
     Described,
+    HalvedRouteFriction,
     Hardening,
     JointFriction,
     Law,
@@ -54,6 +55,7 @@ HIDDEN: dict[str, tuple[int, tuple[Law, ...]]] = {
     "tilt": (SAME_ARM, (Tilt(0.067),)),
     "joint": (SAME_ARM, (JOINT_2_RUBS,)),
     "pulleys": (SAME_ARM, (RouteFriction(np.full(4, 0.01), width=1e-3),)),
+    "pulleys wound in halves": (SAME_ARM, (HalvedRouteFriction(np.full(4, 0.01), width=1e-3),)),
     "cogging": (481, (COGGING,)),
     "sticking joints": (482, (STICKING,)),
     "payload beside a stop": (484, (PAYLOAD, STOP)),

@@ -43,6 +43,19 @@ def wraps_before_spans(plant: Plant, fold: Fold, alpha: Array) -> Array:
     from_entry = turns[4] / 2 + plant.slopes_of_crossing[1]
     for place, turn in ((4, alpha), (5, -alpha)):
         behind[place] = from_entry - turn / 2
+    return _before_spans(plant, turns, behind)
+
+
+def wraps_in_halves(plant: Plant, fold: Fold, alpha: Array) -> Array:
+    """As `wraps_before_spans`, where half of what a string winds that passes on lies before the span, and half behind it."""
+    turns = _turns(plant, fold, alpha)
+    behind = turns / 2
+    behind[:2] = 0.0
+    return _before_spans(plant, turns, behind)
+
+
+def _before_spans(plant: Plant, turns: Array, behind: Array) -> Array:
+    """Of every word's turns (word, N, B), rad, with what of them is behind its span: before each span, (N, M, B)."""
     before, after = _routed(plant, turns - behind), _routed(plant, behind)
     before[1:] += after[:-1]
     return before

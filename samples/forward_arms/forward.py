@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from samples.forward_arms.cables import lengths, levers, wraps, wraps_before_spans
+from samples.forward_arms.cables import lengths, levers, wraps, wraps_before_spans, wraps_in_halves
 from samples.forward_arms.dynamics import Equations, equations
 from samples.forward_arms.friction import Friction, friction
 from samples.forward_arms.joints import Fold, folded, placed
@@ -39,7 +39,7 @@ class _Whole(dict[str, Array]):
         self._plant, self._fold = plant, fold
 
     def __missing__(self, name: str) -> Array:
-        made = {"wrap": wraps, "wraps": wraps_before_spans}[name]
+        made = {"wrap": wraps, "wraps": wraps_before_spans, "wraps_in_halves": wraps_in_halves}[name]
         self[name] = value = made(self._plant, self._fold, self["alpha"])
         return value
 

@@ -45,6 +45,8 @@ class Snapshot:
     """rad, over which cables lie on the pulleys of their routes"""
     wraps = _Picked()
     """(N, M, B): of that, before the span of each mechanism"""
+    wraps_in_halves = _Picked()
+    """the same, where half of what is wound before a span is behind it"""
     Z = _Picked()
     """(N, M, B), m: how fast a span gives cable where a joint turns"""
     memory = _Picked()
@@ -225,11 +227,11 @@ class RouteFriction(Law):
     width: float
 
     def joint(self, s: Snapshot) -> Array:
-        left = np.exp(-np.cumsum(self.mu * s.wraps * np.tanh(self._sliding(s) / self.width), axis=0))
+        left = np.exp(-np.cumsum(self.mu * self._wraps(s) * np.tanh(self._sliding(s) / self.width), axis=0))
         return np.einsum("imb,imb,mb->ib", s.Z, left - 1, np.maximum(s.tension, 0.0))
 
     def joint_damping(self, s: Snapshot) -> Array:
-        steep = self.mu * s.wraps / self.width * (1 - np.tanh(self._sliding(s) / self.width) ** 2)
+        steep = self.mu * self._wraps(s) / self.width * (1 - np.tanh(self._sliding(s) / self.width) ** 2)
         joints = np.arange(len(s.Z))
         before_both = np.cumsum(steep, axis=0)[np.minimum(joints[:, None], joints)]
         return np.einsum("imb,kmb,ikmb,mb->ikb", s.Z, s.Z, before_both, np.maximum(s.tension, 0.0))
@@ -237,6 +239,17 @@ class RouteFriction(Law):
     def _sliding(self, s: Snapshot) -> Array:
         """(N, M, B), m/s, towards the drum: what the spans from there on give."""
         return np.cumsum((s.Z * s.alpha_d[:, None])[::-1], axis=0)[::-1]
+
+    def _wraps(self, s: Snapshot) -> Array:
+        return s.wraps
+
+
+@dataclass(frozen=True)
+class HalvedRouteFriction(RouteFriction):
+    """The same on an arm whose cables wind half of what they wind behind a span."""
+
+    def _wraps(self, s: Snapshot) -> Array:
+        return s.wraps_in_halves
 
 
 @dataclass(frozen=True)

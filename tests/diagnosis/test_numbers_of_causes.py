@@ -113,6 +113,17 @@ def test_friction_on_pulleys_is_told_from_that_of_the_motors_and_of_the_joints(c
     assert all(abs(value) < 4 * sigma < 4 * 1e-3 for value, sigma in at_the_motors)
 
 
+def test_where_cables_are_wound_is_found_out(cases: dict[str, Case]) -> None:
+    """By taut strings three quarters of a turn are behind a span: where that is a half, a third of them is before it."""
+    case = cases["pulleys wound in halves"]
+    assert [cause.effect.name for cause in case.found.causes] == ["pulley_friction"]
+    assert [value for value, _ in case.numbers("ma")] == pytest.approx([0.01] * 4, rel=0.06)
+    ((share, sigma),) = case.numbers("wm")
+    assert abs(share - 1 / 3) < 4 * sigma < 0.2
+    ((share, sigma),) = cases["pulleys"].numbers("wm")
+    assert abs(share) < 4 * sigma < 0.2
+
+
 def test_clocks_are_as_good_where_cables_rub_along_the_arm(cases: dict[str, Case]) -> None:
     """What such an arm's equation leaves was taken for noise of it, and the clock was three times as uncertain."""
     for rubbing, sound in zip(cases["pulleys"].clocks, cases["nothing"].clocks, strict=True):
