@@ -138,8 +138,7 @@ class Sliding:
         share: of what lies above a span, that slides as the span does all the same; below zero, of what lies before it, that does
         not."""
         sooner, later = np.maximum(share, 0.0) * self.above, np.maximum(-share, 0.0) * self.before
-        before, above = self.before + sooner - later, self.above - sooner + later
-        wrap = before.copy()
+        wrap, above = self.before + sooner - later, self.above - sooner + later
         wrap[1:] += above[:-1]
         wrap[-1] += above[-1]
         return wrap

@@ -140,8 +140,9 @@ def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     options: Any = {"cwd": place, "env": os.environ | alone, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     scheduler = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", *common]
     worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "2", *common]
-    with running(scheduler, **options), running(worker, **options):
-        address = json.loads(written(note))["address"]
+    # a worker without its scheduler would try to reach it for eight seconds: it ends first
+    with running(scheduler, **options) as first, running(worker, **options):
+        address = json.loads(written(note, first))["address"]
         from distributed import Client
 
         with Client(address) as client:
@@ -150,18 +151,19 @@ def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 @contextmanager
-def running(words: list[str], **options: Any) -> Iterator[None]:
+def running(words: list[str], **options: Any) -> Iterator["subprocess.Popen[Any]"]:
     """A process that ends with the block, however that ends."""
     with subprocess.Popen(words, **options) as process:
         try:
-            yield
+            yield process
         finally:
             process.terminate()
 
 
-def written(note: Path) -> str:
+def written(note: Path, writer: "subprocess.Popen[Any]") -> str:
     """A file of one line that another process writes: it may be there, and still empty."""
     for _ in range(2400):
+        assert writer.poll() is None
         if note.exists() and (text := note.read_text()).rstrip().endswith("}"):
             return text
         time.sleep(0.05)
