@@ -143,15 +143,24 @@ def unscented(neck: Neck, model: Model, log: Series) -> tuple[Array, float]:
 
     points = MerweScaledSigmaPoints(layout.size, alpha=1.0, beta=2.0, kappa=0.0)
     ukf = UnscentedKalmanFilter(layout.size, layout.M, h, lambda x: x[layout.theta], moved, points)
-    ukf.x, ukf.P, ukf.R = observer.state.copy(), observer.covariance.copy(), np.diag(numbers.theta_sigma**2)
+    ukf.x, ukf.P, ukf.R = observer.state.copy(), _positive(observer.covariance), np.diag(numbers.theta_sigma**2)
     angles, begin = [ukf.x[layout.alpha] + ukf.x[layout.pose_error]], perf_counter()
     for row in range(1, len(theta)):
         ukf.Q = observer.prediction.noise(observer.prediction.step(ukf.x, still, f[row - 1], h, row * h))
         ukf.predict(since=row * h, force=f[row - 1])
         ukf.update(theta[row])
-        ukf.P = (ukf.P + ukf.P.T) / 2 + 1e-18 * np.eye(layout.size)
+        ukf.P = _positive(ukf.P)
         angles.append(ukf.x[layout.alpha] + ukf.x[layout.pose_error])
     return np.array(angles), (perf_counter() - begin) / (len(theta) - 1)
+
+
+def _positive(covariance: Array) -> Array:
+    """Without what rounding leaves below zero: filterpy takes its Cholesky factor, and pre-elongations are known all but exactly."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-18))
+    symmetric = (covariance + covariance.T) / 2
+    size, vectors = np.linalg.eigh(symmetric / np.outer(scale, scale))
+    root = scale[:, None] * vectors * np.sqrt(np.maximum(size, 1e-9))
+    return root @ root.T
 
 
 def step_times(neck: Neck, model: Model, log: Series) -> tuple[Array, Array | None]:

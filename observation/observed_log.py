@@ -103,7 +103,10 @@ def observe_log(
     step_s = float(np.median(np.diff(log.time)))
     observer = Observer(neck, model, step_s)
     check_forces(log)
-    rows = _Rows(observer, log, frames, start)
+    seen = None if frames is None else _FramesAtRows(frames, log.time)
+    rows = _Rows(observer, log, seen, start)
+    # frames that an observer was told of, 30 in a second, stand beside it by little, whatever their clock
+    alone = None if seen is None else _MotorsAlone(Observer(neck, model, step_s), log, seen, start)
     monitor = HealthMonitor(observer.numbers.friction_sigma, observer.numbers.dry_friction)
     after_gap = np.concatenate([[False], np.diff(log.time) > observer.gap_s])
     each = max(1, round(1 / (_LOAD_TEST_HZ * step_s)))
@@ -111,6 +114,8 @@ def observe_log(
     load_rows, states, accelerations = list[int](), list[Array](), list[Array]()
     for row, time in enumerate(log.time.tolist()):
         observed.append(rows.take(row))
+        if alone is not None:
+            alone.take(row)
         if after_gap[row]:
             monitor.restart()
         monitor.add(time, observer.friction_error, observer.state[observer.numbers.layout.theta_d])
@@ -121,7 +126,7 @@ def observe_log(
         if row % _PROGRESS_ROWS == _PROGRESS_ROWS - 1:
             progress(_PROGRESS_ROWS)
     monitor.end()
-    consistency = frame_consistency(*rows.innovations)
+    consistency = None if alone is None else frame_consistency(alone.times, alone.innovations)
     if consistency is not None and monitor.doubted is None:
         consistency.check()
     if states:
@@ -142,7 +147,7 @@ def observe_log(
     return ObservedLog(
         series=_columns(log.time, observed, monitor.doubted_from),
         health=monitor,
-        frames_used=len(rows.frame_at),
+        frames_used=0 if seen is None else len(seen.at),
         restarts=int(after_gap.sum()),
         consistency=consistency,
     )
@@ -161,36 +166,67 @@ def _check(neck: Neck, log: Series, start: Array | None) -> None:
         raise Refused("observe", "start holds angles that are not within +-180 deg", "give them in rad")
 
 
+class _FramesAtRows:
+    """Frames of a camera within a log, at the rows that are nearest to each."""
+
+    def __init__(self, frames: FrameAngles, time: Array) -> None:
+        self._frames, self._time = frames, time
+        self.at: dict[int, int] = {}
+        """frames that show a joint, by their rows"""
+        for frame in np.flatnonzero((frames.time >= time[0]) & (frames.time <= time[-1])):
+            if np.isfinite(frames.alpha[frame]).any():
+                after = int(np.clip(np.searchsorted(time, frames.time[frame]), 1, len(time) - 1))
+                row = after if time[after] - frames.time[frame] < frames.time[frame] - time[after - 1] else after - 1
+                self.at[row] = int(frame)
+
+    def told_at(self, row: int, alpha_d: Array | None) -> tuple[Array, Array] | None:
+        """Angles (N,), rad, and their sigmas, of the frame at a row; None where there is none.
+
+        alpha_d: of the joints, (N,), rad/s, by which they moved from the frame's time to the row's; None where nothing is known."""
+        if row not in self.at:
+            return None
+        frames, frame = self._frames, self.at[row]
+        moved = 0.0 if alpha_d is None else alpha_d * (self._time[row] - frames.time[frame])
+        return frames.alpha[frame] + moved, np.hypot(frames.sigma[frame], frames.common[frame])
+
+
 class _Rows:
     """The rows of a log, which an observer takes one after the other, with frames of a camera where they belong."""
 
-    def __init__(self, observer: Observer, log: Series, frames: FrameAngles | None, start: Array | None) -> None:
-        self._observer, self._log, self._frames, self._start = observer, log, frames, start
+    def __init__(self, observer: Observer, log: Series, seen: _FramesAtRows | None, start: Array | None) -> None:
+        self._observer, self._log, self._seen, self._start = observer, log, seen, start
         self._theta, self._f = log.matrix("theta"), log.matrix("f")
-        self.frame_at = _frames_at_rows(frames, log.time)
-        """frames by their rows"""
-        self.innovations: tuple[list[float], list[Innovation]] = ([], [])
-        """times, s, of frames that were taken, and what they stood beside"""
 
     def take(self, row: int) -> Observed:
         """Makes the observer, which has taken the row before, take this one."""
-        angles, sigma = self._seen_at(row)
+        angles, sigma = self._told_at(row) or (None, None)
         self._observer.step(self._theta[row], self._f[row], float(self._log.time[row]), angles, sigma)
-        if self._observer.innovation is not None:
-            self.innovations[0].append(float(self._log.time[row]))
-            self.innovations[1].append(self._observer.innovation)
         return self._observer.observed
 
-    def _seen_at(self, row: int) -> tuple[Array | None, Array | None]:
+    def _told_at(self, row: int) -> tuple[Array, Array] | None:
         """Angles (N,), rad, that are told at a row, with their sigmas."""
         if row == 0 and self._start is not None:
             return np.asarray(self._start), np.full(len(self._start), START_SIGMA_RAD)
-        if self._frames is None or row not in self.frame_at:
-            return None, None
-        frames, frame = self._frames, self.frame_at[row]
-        # from the frame's time to the row's
-        moved = self._observer.observed.alpha_d * (self._log.time[row] - frames.time[frame]) if row else 0.0
-        return frames.alpha[frame] + moved, np.hypot(frames.sigma[frame], frames.common[frame])
+        return self._seen and self._seen.told_at(row, self._observer.observed.alpha_d if row else None)
+
+
+class _MotorsAlone:
+    """An observer that goes through a log without its frames, and what each of these stands beside it."""
+
+    def __init__(self, observer: Observer, log: Series, seen: _FramesAtRows, start: Array | None) -> None:
+        self._observer, self._log, self._seen = observer, log, seen
+        self._rows = _Rows(observer, log, None, start)
+        self.times: list[float] = []
+        """s, of the frames"""
+        self.innovations: list[Innovation] = []
+
+    def take(self, row: int) -> None:
+        """The next row, and the frame that is at it."""
+        observed = self._rows.take(row)
+        frame = self._seen.told_at(row, observed.alpha_d)
+        if frame and (innovation := self._observer.innovation(*frame)):
+            self.times.append(float(self._log.time[row]))
+            self.innovations.append(innovation)
 
 
 def _columns(time: Array, observed: list[Observed], doubted_from: float) -> Series:
@@ -203,16 +239,3 @@ def _columns(time: Array, observed: list[Observed], doubted_from: float) -> Seri
     columns |= numbered_columns("sigma_alpha", sigma[:, :n])
     columns |= numbered_columns("sigma_alpha", sigma[:, n:], "_d")
     return Series(time, columns)
-
-
-def _frames_at_rows(frames: FrameAngles | None, time: Array) -> dict[int, int]:
-    """Frames within the log that show a joint, by the row that is nearest to each."""
-    if frames is None:
-        return {}
-    out: dict[int, int] = {}
-    for frame in np.flatnonzero((frames.time >= time[0]) & (frames.time <= time[-1])):
-        if np.isfinite(frames.alpha[frame]).any():
-            after = int(np.clip(np.searchsorted(time, frames.time[frame]), 1, len(time) - 1))
-            row = after if time[after] - frames.time[frame] < frames.time[frame] - time[after - 1] else after - 1
-            out[row] = int(frame)
-    return out

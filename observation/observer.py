@@ -68,7 +68,7 @@ class Observed:
 
 @dataclass(frozen=True)
 class Innovation:
-    """One frame against what motors, and the frames before it, told of the joints."""
+    """One frame against what was told of the joints without it."""
 
     alpha: Array
     """expected, (N,), rad"""
@@ -135,7 +135,6 @@ class Observer:
         self._theta = np.zeros(layout.M)
         self._began = 0.0
         self._has_just_begun = False
-        self.innovation: Innovation | None = None
         self._transition: Array | None = None
         self._origin, self._origin_covariance = self.state, self.covariance
         self._predicted, self._predicted_covariance = self.state, self.covariance
@@ -170,7 +169,6 @@ class Observer:
         if not (np.isfinite(theta).all() and np.isfinite(f).all()):
             raise Refused("observe", "a motor angle or force is not finite", "leave such rows out")
         frame = None if angles is None else checked_frame(angles, sigma, self.numbers.layout.N)
-        self.innovation = None
         held = self._force
         at = (0.0 if held is None else self._time + self.step_s) if time is None else float(time)
         if held is not None:
@@ -192,7 +190,6 @@ class Observer:
             self._force = acting
         self._time, self._theta = at, theta
         if frame is not None:
-            self.innovation = self._innovation(*frame)
             self._measure_joints(*frame)
         if not (np.isfinite(self.state).all() and np.abs(self.state[self.numbers.layout.alpha]).max() < np.pi):
             raise left_range(at)
@@ -351,8 +348,8 @@ class Observer:
         self._keep_memory_within_bounds()
         self.covariance = _symmetric(P - K @ P[at])
 
-    def _innovation(self, angles: Array, sigma: Array) -> Innovation | None:
-        """Of a frame with angles (N,) and sigmas (N,), rad; none where the observer just began from it."""
+    def innovation(self, angles: Array, sigma: Array) -> Innovation | None:
+        """Of a frame at the last row, which was not told of it, with angles (N,) and sigmas (N,), rad; none where it just began."""
         if self._has_just_begun:
             return None
         expected, layout = self.observed, self.numbers.layout

@@ -16,10 +16,10 @@ from xneck_foundation.errors import Refused
 ROWS = 3000
 
 
-def frames_of(of: Case, every: int) -> FrameAngles:
+def frames_of(of: Case, every: int, noise_rad: float = NOISE_RAD) -> FrameAngles:
     """Of an arm, one frame in so many rows."""
     rows = np.arange(100, ROWS, every)
-    sigma = np.full((len(rows), of.neck.N), NOISE_RAD)
+    sigma = np.full((len(rows), of.neck.N), noise_rad)
     noise = sigma * np.random.default_rng(every).standard_normal(sigma.shape)
     return FrameAngles(of.log.time[rows], of.alpha[rows] + noise, sigma, np.zeros_like(sigma))
 
@@ -69,6 +69,14 @@ def test_wrong_frames_are_refused(every: int, wrong: Callable[[FrameAngles], Fra
     of = case(SEEDS[0])
     with pytest.raises(Refused, match=says):
         observed_misfit(of, wrong(frames_of(of, every)))
+
+
+def test_dense_and_sure_frames_do_not_hide_their_own_clock() -> None:
+    """An observer that was told of 30 in a second follows them: then they stand beside it by little."""
+    of = case(SEEDS[0])
+    late = frames_of(of, 17, NOISE_RAD / 20)
+    with pytest.raises(Refused, match=CLOCK):
+        observed_misfit(of, replace(late, time=late.time + 0.02))
 
 
 def test_a_scale_that_is_off_is_asked_about() -> None:
