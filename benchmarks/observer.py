@@ -155,7 +155,7 @@ def unscented(neck: Neck, model: Model, log: Series) -> tuple[Array, float]:
 
 
 def _positive(covariance: Array) -> Array:
-    """Without what rounding leaves below zero: filterpy takes its Cholesky factor, and pre-elongations are known all but exactly."""
+    """Without what rounding leaves below zero: filterpy takes its Cholesky factor, and pre-elongations are all but exact."""
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-18))
     symmetric = (covariance + covariance.T) / 2
     size, vectors = np.linalg.eigh(symmetric / np.outer(scale, scale))

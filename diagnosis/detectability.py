@@ -1,5 +1,6 @@
 """What recordings could show: which effects they would reveal, and which of them look alike in them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +11,15 @@ from diagnosis.comparison import Comparison, EffectColumns
 from diagnosis.effect import Effect
 from diagnosis.nuisances import MAX_TOLERANCES
 from diagnosis.worth_naming import MIN_LOSS_SHARE
+from mechanism.arm import arm_of
+from mechanism.description import Neck
 
 Array = NDArray[np.float64]
 
 _VISIBLE_SIZE = 5.0
 """times what a person calls a change: an effect of that size should show (docs/thresholds.md)"""
+_VISIBLE_TOLERANCES = 6.0
+"""tolerances of the drawing: what lies as far beyond it should show, though a person may call less a change (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,7 @@ def detectability(search: Search) -> Detectability:
     """Of the search's recordings, at the base model."""
     comparison = search.every_effect
     loss = search.last.fit.loss
+    neck = comparison.linearisation.hypothesis.neck
     arm = comparison.linearisation.hypothesis.arm
     groups = {group.effect.name: group for group in comparison.groups}
     names = tuple(groups)
@@ -46,7 +52,10 @@ def detectability(search: Search) -> Detectability:
     most_visible, effect_losses, invisible_places = [], [], []
     for name, group in groups.items():
         placements = group.effect.placements(arm)
-        options = [(_effect_alone(comparison, group, w.columns), w.label) for w in (placements[1:] or placements)]
+        options = [
+            (_effect_alone(comparison, group, w.columns, visible_numbers(group.effect, w.columns, neck)), w.label)
+            for w in (placements[1:] or placements)
+        ]
         losses = [alone.fit().loss for alone, _ in options]
         hidden = [
             label for (_, label), alone in zip(options, losses, strict=True) if not _shows(group.effect, alone, loss)
@@ -63,9 +72,10 @@ def detectability(search: Search) -> Detectability:
     return Detectability(names, imitated, shown, tuple(invisible_places))
 
 
-def visible_numbers(count: int) -> Array:
-    """Amounts at which an effect should show, in sizes, (count,)."""
-    return np.full(count, _VISIBLE_SIZE)
+def visible_numbers(effect: Effect, columns: Sequence[int], neck: Neck) -> Array:
+    """Amounts at which an effect should show, in sizes, (len(columns),): of what the drawing knows to a tolerance far beyond it."""
+    beyond = _VISIBLE_TOLERANCES * effect.tolerances(neck) / effect.sizes(arm_of(neck))
+    return np.maximum(_VISIBLE_SIZE, beyond[list(columns)])
 
 
 def _shows(effect: Effect, alone: float, loss: float) -> bool:
@@ -75,8 +85,8 @@ def _shows(effect: Effect, alone: float, loss: float) -> bool:
     return alone > MAX_TOLERANCES**2 if effect.has_tolerance else alone > MIN_LOSS_SHARE * (loss + alone)
 
 
-def _effect_alone(comparison: Comparison, group: EffectColumns, columns: tuple[int, ...]) -> Comparison:
-    """What an effect of a size that should show would leave at a place, if there were nothing else."""
+def _effect_alone(comparison: Comparison, group: EffectColumns, columns: tuple[int, ...], amounts: Array) -> Comparison:
+    """What an effect of amounts in sizes, (len(columns),), would leave at a place, if there were nothing else."""
     numbers = np.zeros(len(comparison.prior_sigma))
-    numbers[group.columns[list(columns)]] = visible_numbers(len(columns))
+    numbers[group.columns[list(columns)]] = amounts
     return comparison.with_zero_residual().with_fixed(numbers)

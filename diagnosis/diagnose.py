@@ -13,7 +13,7 @@ from diagnosis.cause_picture import CausePicture, cause_pictures
 from diagnosis.cause_search import Search
 from diagnosis.cause_share import CauseShare, cause_shares
 from diagnosis.detectability import Detectability, detectability
-from diagnosis.drawing_findings import DrawingFinding, drawing_findings
+from diagnosis.drawing_findings import DrawingFinding, drawing_findings, furthest_in_words
 from diagnosis.findings import Findings, HeldOut, findings, first_beside
 from diagnosis.fit_stage import FitStage
 from diagnosis.held_out_gain import Gain
@@ -159,6 +159,10 @@ def diagnose(
     visible = detectability(search)
     left = held.remainder or remainders(search.first.excess, stage.excess, h.arm.M, held_out=False)
     verdict, why = _verdict(found, visible, left)
+    drawing = drawing_findings(stage)
+    if verdict == "consistent":
+        # the arm that agrees is the one that the recordings tell, not the one that is drawn
+        why = "; ".join(filter(None, [why, furthest_in_words(drawing)]))
     if found.taken_back:
         names = ", ".join(found.taken_back)
         why = "; ".join(filter(None, [why, f"{names} would explain more, but not on recordings that were not fitted"]))
@@ -184,7 +188,7 @@ def diagnose(
         signature=_signature(found),
         gains=(*held.gains, *simulation.gains),
         remainder=left,
-        drawing=drawing_findings(stage),
+        drawing=drawing,
         extended_stage=stage,
         found_laws=laws,
         not_simulated=simulation.refused,

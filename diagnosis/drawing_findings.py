@@ -1,5 +1,6 @@
 """What the recordings say about the drawing: numbers that have a tolerance, where they come out, and how surely."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,6 +9,9 @@ from diagnosis.fit_stage import FitStage
 
 TELLING_SHARE = 0.7
 """of its tolerance: a number's sigma up to which the recordings say something of it (docs/thresholds.md)"""
+
+FAR_TOLERANCES = 3.0
+"""from which on a number is spoken of where nothing is named (docs/thresholds.md)"""
 
 
 @dataclass(frozen=True)
@@ -23,6 +27,11 @@ class DrawingFinding:
     unit: str
     tolerance: float
     """what it is known to beforehand, one sigma"""
+
+    @property
+    def tolerances(self) -> float:
+        """How many of them it is off."""
+        return abs(self.value) / self.tolerance
 
     @property
     def words(self) -> str:
@@ -70,7 +79,14 @@ def drawing_findings(stage: FitStage) -> tuple[DrawingFinding, ...]:
         )
     ]
     found = [f for f in found if f.sigma < TELLING_SHARE * f.tolerance]
-    return tuple(sorted(found, key=lambda f: -abs(f.value) / f.tolerance))
+    return tuple(sorted(found, key=lambda f: -f.tolerances))
+
+
+def furthest_in_words(found: Sequence[DrawingFinding]) -> str:
+    """Of findings, what is furthest off the drawing, where that is by more than some tolerances; else nothing."""
+    if not found or found[0].tolerances < FAR_TOLERANCES:
+        return ""
+    return f"{found[0].words}, {found[0].tolerances:.1f} tolerances off the drawing"
 
 
 def _sigma(sigma: float, unit: str) -> float:

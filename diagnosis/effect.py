@@ -113,6 +113,10 @@ class Effect:
         """What a person would call a change of each amount, (Q,)."""
         return np.repeat([term.size for term in self.terms], len(self.place_labels(arm)))
 
+    def tolerances(self, neck: Neck) -> Array:
+        """To what each amount is known beforehand, (Q,): zero of what is no number of neck.yaml, or adds to several."""
+        return np.zeros(len(self.sizes(arm_of(neck))))
+
     def lower_bounds(self, arm: Arm) -> Array:
         """What each amount may be at least, but for chance, (Q,)."""
         return np.repeat([term.low for term in self.terms], len(self.place_labels(arm)))

@@ -12,7 +12,8 @@ from diagnosis.effects import EFFECTS
 from diagnosis.look_alikes import NamedCause
 from diagnosis.planned_motion import Question, Suspect, loss_alone
 from diagnosis.record import look_alikes
-from mechanism.arm import Arm
+from mechanism.arm import Arm, arm_of
+from mechanism.description import Neck
 from mechanism.laws import LAWS
 from xneck_foundation.errors import Refused
 from xneck_foundation.spelling import quoted, valid_words
@@ -32,11 +33,11 @@ def effects_among(names: Sequence[str]) -> tuple[list[Effect], list[str]]:
     return [EFFECTS[name] for name in names if name in EFFECTS], [name for name in names if name not in EFFECTS]
 
 
-def questions_about(effects: Sequence[Effect], arm: Arm, beside: Sequence[Effect] = ()) -> tuple[Question, ...]:
+def questions_about(effects: Sequence[Effect], neck: Neck, beside: Sequence[Effect] = ()) -> tuple[Question, ...]:
     """Whether each effect shows at a size that should, wherever it is; and is told from each other one, and from those beside."""
     out = []
     for effect in effects:
-        suspects = _suspects(effect, arm)
+        suspects = _suspects(effect, neck)
         out.append(Question(suspects))
         out += [Question(suspects, other) for other in (*effects, *beside) if other is not effect]
     return tuple(out)
@@ -48,7 +49,7 @@ def open_questions(d: Diagnosis) -> tuple[Question, ...]:
     Causes that explain alike are asked about as large as they must be to explain what the recordings show. Where causes do not
     hold on other recordings, each is asked about beside what could feign it. Else it is what the recordings could not show.
     """
-    arm, search = d.extended.arm, d.search
+    neck, search = d.extended.neck, d.search
     tied = [named for named in search.named if len(named.tied) > 1]
     if tied:
         return tuple(q for named in tied for q in _between(named, search))
@@ -57,20 +58,20 @@ def open_questions(d: Diagnosis) -> tuple[Question, ...]:
     if search.named:
         named = [EFFECTS[n.effect.name] for n in search.named]
         feigning = {name: _feigning(d.detectability, name) for name in (e.name for e in named)}
-        return tuple(q for e in named for q in questions_about([e], arm, feigning[e.name]))
-    return questions_about_each(d.detectability.invisible, arm)
+        return tuple(q for e in named for q in questions_about([e], neck, feigning[e.name]))
+    return questions_about_each(d.detectability.invisible, neck)
 
 
-def questions_about_each(names: Sequence[str], arm: Arm) -> tuple[Question, ...]:
+def questions_about_each(names: Sequence[str], neck: Neck) -> tuple[Question, ...]:
     """Whether each shows, whatever the others do."""
-    return tuple(q for name in names for q in questions_about([EFFECTS[name]], arm))
+    return tuple(q for name in names for q in questions_about([EFFECTS[name]], neck))
 
 
-def _suspects(effect: Effect, arm: Arm) -> tuple[Suspect, ...]:
+def _suspects(effect: Effect, neck: Neck) -> tuple[Suspect, ...]:
     """In each single place, at the size that should show; everywhere, where it may not sit alone."""
-    placements = effect.placements(arm)
+    placements = effect.placements(arm_of(neck))
     return tuple(
-        Suspect(effect, effect.start_shapes[0], w.columns, visible_numbers(len(w.columns)))
+        Suspect(effect, effect.start_shapes[0], w.columns, visible_numbers(effect, w.columns, neck))
         for w in (placements[1:] or placements)
     )
 

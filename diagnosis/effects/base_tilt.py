@@ -1,6 +1,8 @@
 """A base that is not level."""
 
-from diagnosis.effect import DescriptionEffect
+import numpy as np
+
+from diagnosis.effect import Array, DescriptionEffect
 from diagnosis.shown_by import LEAN
 from mechanism.description import Neck
 from mechanism.laws import Term
@@ -27,6 +29,9 @@ class BaseTilt(DescriptionEffect):
         ),
     )
     order = 6
+
+    def tolerances(self, neck: Neck) -> Array:
+        return np.full(1, neck.tolerance.tilt)
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         return tilted(neck, amount)

@@ -42,6 +42,9 @@ class DrumRadius(DescriptionEffect):
     )
     order = 9
 
+    def tolerances(self, neck: Neck) -> Array:
+        return np.full(neck.M, neck.tolerance.drum)
+
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         return scaled("motors", place, ("rd",))(neck, amount)
 

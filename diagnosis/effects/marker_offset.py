@@ -12,6 +12,7 @@ from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.shown_by import JOINT_ANGLE
 from identification.residual_sensitivity import AngleError
 from mechanism.arm import Arm
+from mechanism.description import Neck
 from mechanism.laws import Term
 
 
@@ -50,6 +51,9 @@ class MarkerOffset(Effect):
         # the base bar's marker and the other bars' together tell one thing twice
         single = (self.alone_at(bar, arm) for bar in range(arm.N + 1))
         return (Placement("all", tuple(range(1, arm.N + 1))), *single)
+
+    def tolerances(self, neck: Neck) -> Array:
+        return np.full(neck.N + 1, neck.tolerance.marker_angle)
 
     def columns(self, recording: RecordingLinearisation, shape: Shape) -> Array:
         size = self.terms[0].size

@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from diagnosis.effect import DescriptionEffect, Numbers
+import numpy as np
+
+from diagnosis.effect import Array, DescriptionEffect, Numbers
 from diagnosis.shown_by import MOTOR_ACCELERATION
 from mechanism.description import Neck
 from mechanism.laws import Term
@@ -29,6 +31,9 @@ class MotorInertia(DescriptionEffect):
         ),
     )
     order = 12
+
+    def tolerances(self, neck: Neck) -> Array:
+        return np.full(neck.M, neck.tolerance.motor_inertia)
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         return scaled("motors", place, ("Ia",))(neck, amount)

@@ -1,7 +1,9 @@
 """Pulleys that are not as described."""
 
+import numpy as np
+
 from diagnosis.check_fault import CheckFault
-from diagnosis.effect import DescriptionEffect
+from diagnosis.effect import Array, DescriptionEffect
 from diagnosis.shown_by import JOINT_ANGLE
 from mechanism.description import Neck
 from mechanism.laws import Term
@@ -34,6 +36,9 @@ class PulleyRadius(DescriptionEffect):
         tolerance_with_baseline=2e-5,
     )
     order = 8
+
+    def tolerances(self, neck: Neck) -> Array:
+        return neck.tolerance.pulley * np.array([mechanism.r for mechanism in neck.mechanisms])
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         mechanisms = list(neck.mechanisms)

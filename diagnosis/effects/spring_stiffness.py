@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from diagnosis.effect import DescriptionEffect, Numbers
+import numpy as np
+
+from diagnosis.effect import Array, DescriptionEffect, Numbers
 from diagnosis.shown_by import JOINT_ANGLE
 from mechanism.description import Neck
 from mechanism.laws import Term
@@ -33,6 +35,9 @@ class SpringStiffness(DescriptionEffect):
     )
     """of both springs, and by how much more the left one and less the right one"""
     order = 12
+
+    def tolerances(self, neck: Neck) -> Array:
+        return np.full(2 * neck.N, neck.tolerance.stiffness)
 
     def rewritten(self, neck: Neck, place: int, amount: float) -> Neck:
         term, place = divmod(place, neck.N)

@@ -54,7 +54,7 @@ SHOWN = (
 
 
 def questions(*names: str) -> tuple[Question, ...]:
-    return questions_about([EFFECTS[name] for name in names], MACHINE.arm)
+    return questions_about([EFFECTS[name] for name in names], NECK)
 
 
 @cache

@@ -92,7 +92,7 @@ def test_keys_of_a_design(in_examples: Path) -> None:
     machine = machine_of(xneck.read_model("model.yaml"), arm_of(neck))
     effects, parameters = effects_among(["k", "tip_payload"])
     noise, options = AngleNoise(0.002, 30.0), SearchOptions(6.0, draws=1, changes=1, seed=0)
-    questions = questions_about(effects, machine.arm, [])
+    questions = questions_about(effects, neck, [])
     judged = motion_for(neck, machine, questions, parameters, USUAL_LIMITS, noise, options, lambda _: None)
     record = design_json(judged.designed, USUAL_LIMITS, noise) | {"effects": answers_json(judged)}
     assert undocumented(record, PAGES["json.md"]) == []

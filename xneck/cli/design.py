@@ -91,7 +91,7 @@ def command(
     others, not_effects = effects_among(beside)
     if not_effects:
         raise Refused("design --beside", f"{not_effects[0]} is no effect", "name an effect, or leave it out")
-    questions = questions_about(effects, machine.arm, others)
+    questions = questions_about(effects, neck, others)
     limits = MotionLimits(radians(peak_deg), max_speed, tension, max_force or inf)
     noise = AngleNoise(radians(noise_deg), frame_hz)
     draws = tries // 3

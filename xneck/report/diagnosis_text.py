@@ -7,6 +7,7 @@ from diagnosis import signature_record
 from diagnosis.cause import Cause
 from diagnosis.cause_ranking import CauseCandidate
 from diagnosis.diagnose import Diagnosis, unlisted_law
+from diagnosis.drawing_findings import furthest_in_words
 from diagnosis.held_out_gain import Gain
 from diagnosis.record import probability
 from diagnosis.remainder import plainly_left
@@ -38,9 +39,11 @@ def diagnosis_sentence(d: Diagnosis) -> str:
     if d.verdict == "consistent":
         worst = int(d.before.ratio.argmax())
         name = signature_record.channel_names(d.extended.arm.M, d.extended.arm.N)[worst]
+        far = furthest_in_words(d.drawing).replace("+-", "±")
         return (
             f"The simulation agrees with these recordings: what it leaves is noise in all {len(d.before.rms)} equations, "
             f"at most {d.before.ratio[worst]:.2f} times that ({name})."
+            + (f" But that is of the arm as they tell it: {far}." if far else "")
         )
     if d.verdict == "insufficient":
         return f"These recordings cannot tell: {d.why}."
