@@ -62,7 +62,12 @@ def extended_model(stage: FitStage, provenance: dict[str, Any]) -> Model:
         parameters.append(of_causes.get((gain.name, gain.index), gain))
     laws = u.laws if _GAIN in u.laws or not gains else (*u.laws, _GAIN)
     places = [column.get((p.name, p.index)) for p in parameters]
-    return model_of(parameters, laws, provenance, _covariance(stage, [p.sigma for p in parameters], places))
+    sigmas = [p.sigma for p in parameters]
+    of_fit = stage.comparison.covariance(stage.fit)
+    covariance, as_described = (
+        _covariance(c, stage.sigma, sigmas, places) for c in (of_fit, _as_adjusted(stage, of_fit))
+    )
+    return model_of(parameters, laws, provenance, covariance, covariance_as_described=as_described)
 
 
 def _gains(stage: FitStage) -> dict[int, Parameter]:
@@ -84,14 +89,25 @@ def _gains(stage: FitStage) -> dict[int, Parameter]:
     }
 
 
-def _covariance(stage: FitStage, sigma: Sequence[float], places: Sequence[int | None]) -> Array:
-    """Of numbers with these sigmas (P,), (P, P): correlated as the fit's numbers in these places are; nothing is where None is."""
-    of_fit = stage.comparison.covariance(stage.fit)
-    correlation = np.eye(len(sigma))
+def _as_adjusted(stage: FitStage, covariance: Array) -> Array:
+    """Of a fit's numbers, (K, K), were those of the drawing and the markers where the fit moved them to: a Schur complement.
+
+    A simulation runs on the arm as it was moved. What is not known of the drawing is made good for by laws and forces: these
+    alone, off by all of that, would move the arm as no recording does."""
+    first = stage.comparison.base_count
+    held = slice(first, first + stage.comparison.nuisances.described_count)
+    by_held = np.linalg.solve(covariance[held, held], covariance[held])
+    return covariance - covariance[:, held] @ by_held
+
+
+def _covariance(of_fit: Array, fit_sigma: Array, sigma: Sequence[float], places: Sequence[int | None]) -> Array:
+    """Of numbers with these sigmas (P,), (P, P): as the fit's numbers in these places covary, of which `fit_sigma` are the sigmas.
+
+    What has no place has no covariance with others."""
     told = [i for i, place in enumerate(places) if place is not None]
     rows = [place for place in places if place is not None]
-    correlation[np.ix_(told, told)] = (of_fit / np.outer(stage.sigma, stage.sigma))[np.ix_(rows, rows)]
-    np.fill_diagonal(correlation, 1.0)
+    correlation = np.eye(len(sigma))
+    correlation[np.ix_(told, told)] = (of_fit / np.outer(fit_sigma, fit_sigma))[np.ix_(rows, rows)]
     known = np.isfinite(sigma)
     finite = np.where(known, sigma, 0.0)
     covariance = np.outer(finite, finite) * correlation

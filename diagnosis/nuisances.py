@@ -39,6 +39,8 @@ class Nuisances:
     """numbers of the description"""
     zero_sigma: float
     """rad, of the markers of each bar, from the base's on, against it; 0 where they are exact"""
+    bar_errors: Array
+    """what one radian of each bar's markers adds to each joint angle, (N + 1, N); (0, N) where they are exact"""
     arm_columns: tuple[Array, ...]
     """of each recording: what one sigma of each of the arm's, the angles', friction's and the forces' does, (C, S, Q)"""
     clock_columns: tuple[Array, ...]
@@ -55,10 +57,14 @@ class Nuisances:
         """Q, of the arm's, the angles', friction's curve and the forces' scale."""
         return len(self.departures)
 
+    @property
+    def described_count(self) -> int:
+        """Of the first ones, which neck.yaml or a data set's angles can say: the drawing's and the bars' markers."""
+        return len(self.drawing) + len(self.bar_errors)
+
     def adjusted(self, h: Hypothesis, numbers: Array) -> Hypothesis:
         """A hypothesis with the arm's and the angles' moved by numbers (Q,) of their sigmas; friction and forces stay."""
-        angles = angle_errors_of_bars(h.arm.N) if self.zero_sigma > 0 else np.zeros((0, h.arm.N))
-        of_drawing, of_bars, of_forces = np.split(numbers, np.cumsum([len(self.drawing), len(angles)]))
+        of_drawing, of_bars, of_forces = np.split(numbers, [len(self.drawing), self.described_count])
         neck = moved(h.neck, self.drawing, [n.sigma * x for n, x in zip(self.drawing, of_drawing, strict=True)])
         try:
             neck = Neck.model_validate(neck.model_dump())
@@ -66,7 +72,7 @@ class Nuisances:
             what = "the recordings ask for a description that no arm can have"
             raise Refused("diagnose", f"{what}: {described_faults(error.errors(), Neck, neck.model_dump())}") from error
         departures = self.departures + np.concatenate([of_drawing, of_bars, 0 * of_forces])
-        angle_error = h.angle_error + self.zero_sigma * of_bars @ angles
+        angle_error = h.angle_error + self.zero_sigma * of_bars @ self.bar_errors
         return replace(h, neck=neck, angle_error=angle_error, departures=tuple(departures.tolist()))
 
 
@@ -80,6 +86,7 @@ def nuisances_at(at: Linearisation) -> Nuisances:
     return Nuisances(
         drawing=drawing,
         zero_sigma=zero_sigma,
+        bar_errors=angle_errors_of_bars(neck.N)[: None if zero_sigma > 0 else 0],
         arm_columns=arm_columns,
         clock_columns=tuple(_clock_columns(r, sigma) for r, sigma in zip(at.recordings, clock_sigma, strict=True)),
         clock_sigma=clock_sigma,

@@ -108,6 +108,8 @@ class Model(Strict):
     parameters: tuple[ModelParameter, ...]
     covariance: tuple[tuple[float | None, ...], ...] | None = None
     """covariance of the parameters, in their order and units; null where it is unknown"""
+    covariance_as_described: tuple[tuple[float | None, ...], ...] | None = None
+    """the same were every number of neck.yaml exact, as a simulation takes them; None where that is what `covariance` is"""
     pose: PoseModel | None = None
     """numbers by which motors tell the joints, for `xneck observe`; None where no camera was there to find them"""
     provenance: dict[str, Any] = Field(default_factory=dict)
@@ -123,9 +125,15 @@ class Model(Strict):
     @model_validator(mode="after")
     def _square(self) -> "Model":
         rows = len(self.parameters)
-        if self.covariance is not None and [len(row) for row in self.covariance] != [rows] * rows:
-            raise ValueError(f"covariance: expected {rows} rows of {rows} numbers, as many as parameters")
+        for name in ("covariance", "covariance_as_described"):
+            given = getattr(self, name)
+            if given is not None and [len(row) for row in given] != [rows] * rows:
+                raise ValueError(f"{name}: expected {rows} rows of {rows} numbers, as many as parameters")
         return self
+
+    def is_of_another_arm(self, neck: Neck) -> bool:
+        """Whether it was calibrated with the description of another arm; unknown of a model without `pose`."""
+        return self.pose is not None and self.pose.arm not in (None, arm_digest(neck))
 
     def with_(self, **values: float | Sequence[float]) -> "Model":
         """The model with other values of some parameters: one number for all cables or joints, or one for each.
@@ -155,12 +163,19 @@ class Model(Strict):
                 fix = {"value": number, "sigma": None, "relative_sigma_percent": None, "identified": False}
                 entries[k] = entries[k].model_copy(update=fix)
             fixed += places
-        covariance = self.covariance and tuple(
-            tuple(0.0 if i in fixed or j in fixed else v for j, v in enumerate(row))
-            for i, row in enumerate(self.covariance)
-        )
-        # what motors tell of the joints was found with the numbers as they were
-        changed = {"parameters": tuple(entries), "covariance": covariance} | ({"pose": None} if fixed else {})
+        changed: dict[str, Any] = {
+            name: given
+            and tuple(
+                tuple(0.0 if i in fixed or j in fixed else v for j, v in enumerate(row)) for i, row in enumerate(given)
+            )
+            for name, given in (
+                ("covariance", self.covariance),
+                ("covariance_as_described", self.covariance_as_described),
+            )
+        }
+        changed["parameters"] = tuple(entries)
+        if fixed:  # what motors tell of the joints was found with the numbers as they were
+            changed["pose"] = None
         return self.model_copy(update=changed)
 
     def _check_possible(self, name: str, number: float) -> None:
@@ -181,10 +196,12 @@ def model_of(
     provenance: dict[str, Any],
     covariance: np.ndarray | None = None,
     held: Mapping[str, float | np.ndarray] | None = None,
+    covariance_as_described: np.ndarray | None = None,
 ) -> Model:
     """The model that a fit's parameters make; friction's transition, where it was not fitted, is Fasquelle's (48).
 
-    covariance: (P, P) of the parameters in their order. held: numbers of the laws that were given and not fitted, by name.
+    covariance: (P, P) of the parameters in their order; covariance_as_described: the same were neck.yaml exact, where that differs.
+    held: numbers of the laws that were given and not fitted, by name.
     """
     entries = [ModelParameter(**p.as_json()) for p in parameters]
     units = {term.name: term.unit for name in laws for term in law_named(name).terms}
@@ -205,12 +222,22 @@ def model_of(
         for name, value in given.items()
         for index, number in enumerate(np.atleast_1d(value), start=1)
     ]
-    covariance_rows = None
-    if covariance is not None:
-        whole = np.full((len(entries), len(entries)), 0.0)
-        whole[: len(parameters), : len(parameters)] = covariance
-        covariance_rows = tuple(tuple(float(v) if np.isfinite(v) else None for v in row) for row in whole)
-    return Model(laws=tuple(laws), parameters=tuple(entries), covariance=covariance_rows, provenance=provenance)
+    return Model(
+        laws=tuple(laws),
+        parameters=tuple(entries),
+        covariance=_rows(covariance, len(entries)),
+        covariance_as_described=_rows(covariance_as_described, len(entries)),
+        provenance=provenance,
+    )
+
+
+def _rows(covariance: np.ndarray | None, count: int) -> tuple[tuple[float | None, ...], ...] | None:
+    """Of `count` parameters, the first of which have the covariance, and those behind them none."""
+    if covariance is None:
+        return None
+    whole = np.zeros((count, count))
+    whole[: len(covariance), : len(covariance)] = covariance
+    return tuple(tuple(float(v) if np.isfinite(v) else None for v in row) for row in whole)
 
 
 def machine_of(model: Model, arm: Arm) -> Machine:
@@ -300,8 +327,18 @@ def unlisted_laws_of(model: Model) -> tuple[tuple[str, ...], dict[str, float]]:
 def covariance_of(model: Model) -> np.ndarray:
     """Covariance of the parameters, (P, P), infinite where unknown; diagonal by their sigmas where the model has none."""
     if model.covariance is not None:
-        return np.array([[np.inf if v is None else v for v in row] for row in model.covariance])
+        return _matrix(model.covariance)
     return np.diag([np.inf if p.sigma is None else p.sigma**2 for p in model.parameters])
+
+
+def covariance_as_described_of(model: Model) -> np.ndarray:
+    """The same were every number of the description exact."""
+    given = model.covariance_as_described
+    return covariance_of(model) if given is None else _matrix(given)
+
+
+def _matrix(rows: Sequence[Sequence[float | None]]) -> np.ndarray:
+    return np.array([[np.inf if v is None else v for v in row] for row in rows])
 
 
 def _values(model: Model, name: str, count: int) -> np.ndarray:

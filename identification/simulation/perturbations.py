@@ -1,7 +1,8 @@
 """Simulations from the measured state, and from it with each independent error added by one sigma.
 
 The errors: principal axes of the covariance of the arm's state at a window's beginning, rounding of each motor's angle and of its
-derivatives, principal axes of the covariance of the laws' parameters, and of that of the recording's x0 and delay.
+derivatives, principal axes of the covariance of the laws' parameters on the arm as described, and of that of the recording's x0
+and delay.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.model_file import Model, covariance_of
+from identification.model_file import Model, covariance_as_described_of
 from identification.simulation.recording_parameters import RecordingParameters
 from identification.simulation.windows import Windows
 from mechanism.laws import law_named
@@ -117,7 +118,7 @@ def _law_axes(model: Model, machine: Machine) -> list[Mapping[tuple[str, int | N
     terms = {term.name for name in machine.names for term in law_named(name).terms}
     place = [i for i, p in enumerate(model.parameters) if p.name in terms]
     names = [(model.parameters[i].name, model.parameters[i].index) for i in place]
-    covariance = covariance_of(model)[np.ix_(place, place)]
+    covariance = covariance_as_described_of(model)[np.ix_(place, place)]
     unknown = ~np.isfinite(np.diag(covariance))
     covariance[unknown] = covariance[:, unknown] = 0.0
     return [

@@ -1,6 +1,8 @@
 """What is written after a diagnosis: markers that were turned are where the new description says."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ import pytest
 from diagnosis.cause import Cause
 from diagnosis.compare import compare
 from diagnosis.effects import EFFECTS
-from diagnosis.extended_model import extended_description
+from diagnosis.extended_model import _as_adjusted, extended_description
 from diagnosis.fit_stage import FitStage
 from diagnosis.hypothesis import as_described
 from diagnosis.linearisation import base_unknowns, corrected_signals, linearise
@@ -70,3 +72,14 @@ def stage_of_a_turned_bar(data: DataSet, bar: int) -> FitStage:
         Whitener(np.ones((7, 1))),
     )
     return FitStage(h, now, causes, (), 0.0, now.fit())
+
+
+def test_on_the_arm_as_moved_numbers_are_known_as_were_its_own_given() -> None:
+    """What is known of the others where some are held is the inverse of their part of the information."""
+    rng = np.random.default_rng(3)
+    factor = rng.normal(size=(9, 9))
+    information = factor @ factor.T + np.eye(9)
+    stage: Any = SimpleNamespace(comparison=SimpleNamespace(base_count=2, nuisances=SimpleNamespace(described_count=4)))
+    others = [0, 1, 6, 7, 8]
+    found = _as_adjusted(stage, np.linalg.inv(information))[np.ix_(others, others)]
+    np.testing.assert_allclose(found, np.linalg.inv(information[np.ix_(others, others)]), rtol=1e-9)

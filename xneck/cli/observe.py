@@ -60,7 +60,7 @@ def command(
     from identification.dataset.dataset_file import export_series
     from identification.dataset.true_rows import true_rows
     from identification.files import joint_state
-    from identification.model_file import arm_digest, read_model
+    from identification.model_file import read_model
     from mechanism.description import read_neck
     from observation.c_source import c_source
     from observation.observed_log import observe_log
@@ -68,22 +68,17 @@ def command(
     from synchronisation.encoder_log import read_log
     from synchronisation.frames_on_log import read_frames_on_log
     from xneck.cli.angle_list import angle_list
+    from xneck.cli.model_of_arm import warn_of_another_arm
     from xneck.export.result_words import in_words
     from xneck_foundation.errors import Refused, one_of
     from xneck_foundation.provenance import note_inputs, provenance
-    from xneck_foundation.recovery import warn_recovered
     from xneck_foundation.whole_file import write_text
 
     one_of(out, out.suffix.removeprefix(".").lower(), ("mcap", *EXPORT_FORMATS), "suffix")
     given = {"angles": angles_file} if angles_file else {}
     inputs = note_inputs({"log": log_file, "neck": neck_file, "model": model_file} | given)
     neck, model = read_neck(neck_file), read_model(model_file)
-    if model.pose is not None and model.pose.arm not in (None, arm_digest(neck)):
-        warn_recovered(
-            neck_file,
-            f"describes another arm than the one that {model_file} was calibrated with; `diagnose` writes the neck.yaml of its "
-            "model beside it: give that one",
-        )
+    warn_of_another_arm(model, model_file, neck, neck_file)
     log = true_rows(read_log(log_file, neck), log_file)
     frames = read_frames_on_log(angles_file, neck, log) if angles_file else None
     pose = None if start is None else angle_list("--start", start, neck.N, "rad")

@@ -89,6 +89,7 @@ def command(
     from identification.model_file import read_model
     from identification.simulation.simulated_parts import simulate_parts
     from identification.simulation.simulated_recording import simulate_recording
+    from xneck.cli.model_of_arm import of_the_models_arm
     from xneck.export.result_words import as_record, in_words
     from xneck_foundation.provenance import note_inputs, provenance
 
@@ -99,11 +100,12 @@ def command(
         raise Refused(dataset, what, "give a shorter --window, without --free, or a shorter recording")
     if long and export_as in ("npz", "mat"):
         raise Refused(out, f"a recording of this length is not exported as {export_as}", "export csv")
+    parts = of_the_models_arm(parts_of(dataset, window=window if long else 0.0), model, model_file, dataset)
     if long:
         with progress_bar(None, "simulate", quiet) as done:
-            simulated = simulate_parts(parts_of(dataset, window=window), model, window, source, done, out.parent)
+            simulated = simulate_parts(parts, model, window, source, done, out.parent)
     else:
-        data = next(parts_of(dataset))
+        data = next(parts)
         with progress_bar(len(data.state) if free else None, "simulate", quiet) as done:
             simulated = simulate_recording(data, model, None if free else window, source, done)
     origin = provenance(inputs, {"window_s": simulated.window_s, "from": source})
@@ -128,6 +130,7 @@ def _simulate_motion(
     from identification.model_file import read_model
     from identification.simulation.simulated_motion import simulate_motion
     from mechanism.description import read_neck
+    from xneck.cli.model_of_arm import warn_of_another_arm
     from xneck.export.motion_file import read_motion
     from xneck_foundation.provenance import note_inputs, provenance
 
@@ -135,6 +138,8 @@ def _simulate_motion(
         one_of(picture, picture.suffix.removeprefix(".").lower(), PICTURE_FORMATS, "suffix")
     inputs = note_inputs({"motion": file, "neck": neck_file} | ({"model": model_file} if model_file else {}))
     neck, model = read_neck(neck_file), read_model(model_file) if model_file else None
+    if model is not None and model_file is not None:
+        warn_of_another_arm(model, model_file, neck, neck_file)
     simulated = simulate_motion(read_motion(file, neck), neck, model, source, file)
     joint_state.write(out, {"simulated": simulated.series}, {"provenance": provenance(inputs, {"from": source})})
     export_beside(simulated.series, out, export_as)

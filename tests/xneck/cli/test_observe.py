@@ -1,6 +1,7 @@
 """xneck observe on the sample: identified with a camera on one recording, told by the motors alone on another."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -154,3 +155,17 @@ def test_the_description_of_another_arm_than_the_calibrated_one_is_named(
     ran = run(capfd, *given)
     assert ran.status == 0
     assert "describes another arm than the one that" in ran.err
+
+
+@pytest.mark.parametrize("described", ["as calibrated", "otherwise"])
+def test_a_simulation_names_the_description_of_another_arm(
+    described: str, made: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    data = xneck.read_dataset(made / "dataset.mcap")
+    if described == "otherwise":
+        text = data.neck_yaml.replace("-9.81", "-9.80", 1)
+        xneck.write_dataset(replace(data, neck_yaml=text), tmp_path / "dataset.mcap")
+    file = (made if described == "as calibrated" else tmp_path) / "dataset.mcap"
+    ran = run(capfd, "simulate", file, "--model", made / "model.yaml", "--out", tmp_path / "simulated.mcap")
+    assert ran.status == 0
+    assert ("describes another arm than the one that" in ran.err) == (described == "otherwise")
