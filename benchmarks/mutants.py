@@ -23,7 +23,7 @@ import numpy as np
 
 from benchmarks.equivalent_mutants import EQUIVALENT
 from benchmarks.figures.rate import Rate
-from tests.slow import SLOW
+from tests.slow import is_slow
 
 ROOT = Path(__file__).parents[1]
 RECORD = ROOT / "benchmarks/record/mutants.json"
@@ -128,7 +128,7 @@ def _tests_of(package: str) -> str:
 def _fast_tests(folder: Path, root: Path) -> list[str]:
     """Files of a folder that are not named slow as a whole."""
     files = [path.relative_to(root / "tests").as_posix() for path in sorted(folder.rglob("test_*.py"))]
-    return [f"tests/{file}" for file in files if not any(file == slow or file.startswith(f"{slow}/") for slow in SLOW)]
+    return [f"tests/{file}" for file in files if not is_slow(file)]
 
 
 def _mutmut(copy: Path, *words: str) -> str:

@@ -17,7 +17,7 @@ from tests.skips import (  # noqa: F401 (hooks)
     pytest_sessionfinish,
     pytest_terminal_summary,
 )
-from tests.slow import FIRST, LONGEST, SLOW, TOGETHER, together
+from tests.slow import FIRST, LONGEST, QUICK, SLOW, TOGETHER, is_slow, together
 from tests.time_limit import pytest_addoption, pytest_runtest_setup  # noqa: F401 (hooks)
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -42,13 +42,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     no test is always among those that are left out.
     """
     here = Path(__file__).parent
-    slow, longest, names = ([here / name for name in names] for names in (SLOW, LONGEST, (*chain(*TOGETHER), FIRST)))
-    if missing := [str(place) for place in (*slow, *longest, *names) if not place.exists()]:
-        raise pytest.UsageError(f"{', '.join(missing)}: named slow, and not there")
+    if missing := [name for name in (*SLOW, *QUICK, *LONGEST, *chain(*TOGETHER), FIRST) if not (here / name).exists()]:
+        raise pytest.UsageError(f"{', '.join(missing)}: named in tests/slow.py, and not there")
     paths = {item.path for item in items}
-    of_slow, of_longest = (
-        {path for path in paths if any(path.is_relative_to(place) for place in places)} for places in (slow, longest)
-    )
+    of_slow = {path for path in paths if is_slow(path.relative_to(here).as_posix())}
+    of_longest = {path for path in paths if any(path.is_relative_to(here / place) for place in LONGEST)}
     for item in items:
         if item.path in of_slow:
             item.add_marker(pytest.mark.slow)

@@ -68,6 +68,28 @@ SLOW = (
 )
 """files and folders whose tests take more than about seven seconds of one core together: `make check` leaves them to `make test`"""
 
+QUICK = (
+    "diagnosis/test_advice.py",
+    "diagnosis/test_deciding_motion.py",
+    "diagnosis/test_gain_in_model.py",
+    "diagnosis/test_joined_stretches.py",
+    "diagnosis/test_record.py",
+    "diagnosis/test_shown_by.py",
+    "identification/design/test_information.py",
+    "identification/simulation/test_channels.py",
+    "identification/simulation/test_perturbations.py",
+    "identification/simulation/test_windows.py",
+    "observation/test_frames_on_another_clock.py",
+    "observation/test_health_before_gaps.py",
+    "synchronisation/clocks/test_light_beside_motion.py",
+    "vision/linkage/test_marker_depth.py",
+    "xneck/batch/test_recording_troubles.py",
+    "xneck/cli/test_design_seed.py",
+    "xneck/report/test_batch_table.py",
+    "xneck/report/test_recording_tables.py",
+)
+"""files in those folders whose tests take a second or two"""
+
 LONGEST = (
     "diagnosis",
     "benchmarks/test_growth.py",
@@ -104,6 +126,11 @@ TOGETHER = (
     ("xneck/report",),
 )
 """files and folders whose tests share what takes long to make: on two cores it would be made twice"""
+
+
+def is_slow(file: str) -> bool:
+    """Whether the quick lane leaves a file out, such as `diagnosis/test_record.py`."""
+    return file not in QUICK and any(PurePosixPath(file).is_relative_to(place) for place in SLOW)
 
 
 def together(file: str) -> str:

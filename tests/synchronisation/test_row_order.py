@@ -10,7 +10,7 @@ from identification.dataset.series import Series
 from synchronisation.encoder_log import motor_log
 from synchronisation.log_contents import LogContents
 from synchronisation.log_mapping import map_log
-from synchronisation.row_order import MAX_ROWS_BACK
+from synchronisation.row_order import MAX_ROWS_BACK, kept_rows
 from tests.synchronisation.test_any_log import NECK, ROWS, truth
 from tests.synchronisation.test_foreign_topics import LOG, WINCHES, JointStateChannel
 from xneck.watch.log_findings import time_finding
@@ -81,6 +81,12 @@ def test_rows_behind_one_that_was_left_out_keep_their_numbers() -> None:
     wrong.columns["theta2"][1000] = np.nan
     with collected_recoveries(), pytest.raises(Refused, match="theta2 is not a number in row 1001"):
         motor_log(wrong, NECK, "log.csv")
+
+
+def test_an_empty_cell_repeats_an_empty_one_and_no_number() -> None:
+    nan = np.nan
+    columns = {"theta1": np.array([1.0, 2.0, 2.0, 3.0, 3.0]), "led": np.array([0.0, nan, nan, nan, 1.0])}
+    assert kept_rows(Series(np.array([0.0, 1.0, 1.0, 2.0, 2.0]), columns)).tolist() == [0, 1, 3, 4]
 
 
 def test_nothing_is_said_of_rows_in_order() -> None:

@@ -138,6 +138,23 @@ def test_what_cannot_be_read_is_refused(results: Path, tmp_path: Path, options: 
     assert not (tmp_path / "package.zip").exists()
 
 
+def test_a_file_that_grows_while_it_is_packed_is_refused(
+    results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = zipfile.ZipFile.open
+
+    def open_while_it_grows(archive: zipfile.ZipFile, entry: Any, *mode: Any, **how: Any) -> Any:
+        if entry.filename == "monday/model.yaml":
+            with (results / "monday/model.yaml").open("a") as file:
+                file.write("parameters: []\n")
+        return opened(archive, entry, *mode, **how)
+
+    monkeypatch.setattr(zipfile.ZipFile, "open", open_while_it_grows)
+    with pytest.raises(Refused, match=r"model\.yaml: was changed or replaced while it was being read"):
+        write_package(results, tmp_path / "package.zip", OPTIONS)
+    assert [path.name for path in tmp_path.iterdir()] == ["results"]
+
+
 def test_the_same_results_are_the_same_bytes_and_replace_their_own_package(results: Path, tmp_path: Path) -> None:
     package = tmp_path / "package.zip"
     write_package(results, package, OPTIONS)

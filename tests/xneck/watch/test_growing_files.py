@@ -102,6 +102,17 @@ def test_a_log_that_cannot_be_one_is_refused_with_its_first_rows(tmp_path: Path,
         GrowingLog(GrowingFile(path), NECK).poll()
 
 
+def test_a_row_is_named_by_its_number_in_the_file_whatever_piece_it_came_in(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    log = GrowingLog(GrowingFile(path), NECK)
+    with path.open("wb", buffering=0) as stream:
+        stream.write(b"time,theta1,theta2,theta3,theta4\n1,2,3,4,5\n2,2,3,4,5\n")
+        log.poll()
+        stream.write(b"3,2,3,4,5\n4,2,x,4,5\n")
+        with pytest.raises(Refused, match="row 5 is not 5 numbers"):
+            log.poll()
+
+
 def test_a_line_that_is_no_row_of_a_table_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text("time," + "x" * 200_000 + "\n1,2\n")
