@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 _MAX_ITERATIONS, _INSTRUMENT_ITERATIONS = 5, 2
 _TOLERANCE = 0.02
 """sizes of a term: a smaller step ends the iteration; the next one, with another whitening, starts from there"""
+_MAX_LOSS_RATIO = 2.0
+"""times the loss of least squares, beyond which what instruments lead to is no estimate (docs/thresholds.md)"""
 _MAX_STEP = 2000.0
 """sizes of a term: bound of one step, far beyond what is much on a usual arm; also a prior of that width, so that what nothing
 determines stays"""
@@ -138,6 +140,9 @@ def fit_laws(
     Zi = problem.whitened(whiten, instruments)
     free = ~_at_bound(u, first)
     p = _instrument_estimate(problem, whiten, Zi, first, free)
+    if not _loss(problem, whiten, p) < _MAX_LOSS_RATIO * _loss(problem, whiten, first):
+        # instruments that follow the motion too little lead anywhere: then they say how little is known, and no more
+        p = first
     at_p = problem.recordings_at(p)
     rows = problem.rows(p, at_p)
     J = problem.whitened(whiten, [f.jacobian for f in rows])
@@ -211,6 +216,12 @@ def _instrument_estimate(
         A, g = A + prior.information, g + prior.gradient(p)
         p = np.clip(p - _inverse(A, free, u.size) @ g, u.low, u.high)
     return p
+
+
+def _loss(problem: _Problem, whiten: Whitener, p: Array) -> float:
+    """Sum of the squares of whitened residuals at p."""
+    residuals = problem.whitened(whiten, [f.residual for f in problem.rows(p)])
+    return float(sum(np.sum(r**2) for r in residuals))
 
 
 def _influences(

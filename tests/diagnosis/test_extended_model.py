@@ -81,5 +81,6 @@ def test_on_the_arm_as_moved_numbers_are_known_as_were_its_own_given() -> None:
     information = factor @ factor.T + np.eye(9)
     stage: Any = SimpleNamespace(comparison=SimpleNamespace(base_count=2, nuisances=SimpleNamespace(described_count=4)))
     others = [0, 1, 6, 7, 8]
-    found = _as_adjusted(stage, np.linalg.inv(information))[np.ix_(others, others)]
+    covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
+    found = _as_adjusted(stage, covariance)[np.ix_(others, others)]
     np.testing.assert_allclose(found, np.linalg.inv(information[np.ix_(others, others)]), rtol=1e-9)

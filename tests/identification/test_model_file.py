@@ -42,9 +42,7 @@ def friction_and_elasticity(as_described: np.ndarray | None = None) -> Model:
         Parameter(name=name, index=None, value=value, unit=unit, sigma=sigma, identified=True)
         for name, value, unit, sigma in (("fs", 15.0, "N", 2.0), ("k", 9e3, "N/m", 3.0), ("ca", 60.0, "N s/m", 4.0))
     ]
-    return model_of(
-        parameters, ("dry_friction", "linear_cable"), {}, COVARIANCE, covariance_as_described=as_described
-    )
+    return model_of(parameters, ("dry_friction", "linear_cable"), {}, COVARIANCE, covariance_as_described=as_described)
 
 
 def test_a_pose_goes_with_the_numbers_it_was_found_with() -> None:
