@@ -201,7 +201,10 @@ def _unit(words: list[str], text: str, said: tuple[str, Kind] | None, kind: Kind
         return said[0] if said[1] == kind else None
     if text and kind in ("angle", "force", "current"):
         return text
-    return next((unit for word in reversed(words) if (unit := unit_of_word(word, kind))), None)
+    backwards = [word for word in reversed(words) if not word.isdigit()]
+    # a letter before the last word is a name: winch_a_force is not in amperes
+    told = [word for place, word in enumerate(backwards) if len(word) > 1 or place == 0]
+    return next((unit for word in told if (unit := unit_of_word(word, kind))), None)
 
 
 def _is_counts(finite: Array) -> bool:

@@ -7,6 +7,7 @@ import pytest
 
 from identification.cable_memory import memory_states
 from identification.dataset.dataset import DataSet
+from identification.estimates import estimate
 from identification.instruments import instrument_signals
 from identification.residuals import cable_motion, law_forces
 from identification.signals import Signals, signals_of
@@ -64,3 +65,15 @@ def test_the_laws_pull_as_the_motors_do(name: str, data: DataSet) -> None:
     pull = machine.pull(at, memory_states(machine, at, s.step))
     drive = law_forces(s, u.laws, u.values(p), u.get(p, "x0", 0), 0.0).drive - s.inertial
     assert np.all(rms(pull - drive) < (0.05 if "hair" in name else 0.01) * rms(drive))
+
+
+def test_where_instruments_lead_astray_least_squares_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On an arm whose motors' angles tell little of its cables all numbers ended at the ends of their ranges. Sigma by instruments
+    still says how little is told."""
+    data = recording(2000)
+    true = estimate([data]).solution
+    far = "identification.fitting._instrument_estimate"
+    monkeypatch.setattr(far, lambda problem, whiten, Zi, p, free: problem.unknowns.low.clip(-1e3))
+    found = estimate([data]).solution
+    np.testing.assert_array_equal(found.p, found.least_squares)
+    assert np.all(np.diag(found.covariance) > 0.7 * np.diag(true.covariance))
