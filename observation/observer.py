@@ -114,6 +114,10 @@ class Observer:
     """
 
     def __init__(self, neck: Neck, model: Model, step_s: float = 2e-3) -> None:
+        if not step_s > 0:
+            raise Refused(
+                "observe", f"rows {step_s:g} s apart are none", "give step_s, s from row to row: 0.002 of 500 a second"
+            )
         self.numbers: FilterNumbers = filter_numbers(neck, model)
         self.equations: Equations = traced_equations(self.numbers.machine)
         self.step_s = step_s

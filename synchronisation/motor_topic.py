@@ -1,6 +1,7 @@
 """Which topic of a file holds the motors: the one with their joints, by names that neck.yaml gives, or by how many there are."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
@@ -17,6 +18,8 @@ from xneck_foundation.one_line import listed
 
 LED = "led"
 """column of a log, or joint of an MCAP, that says whether the light was on"""
+_NUMBERED = re.compile(r"(?P<before>.*?)(?P<number>\d+)(?P<after>\D*)")
+"""a name with the last number in it"""
 _SHOWN = 60
 """characters of joints' names that are shown"""
 _NO_FAULTS: Mapping[str, str] = MappingProxyType({})
@@ -48,10 +51,23 @@ def motor_channel(
         raise Refused(path, *_not_one_channel(logs, faults, fitting, joints, neck.M))
     topic, log = next(iter(fitting.items()))
     check_stamped(log.time, str(path), topic)
-    order = [log.names.index(name) for name in names] or [k for k, name in enumerate(log.names) if name != LED]
+    order = [log.names.index(name) for name in names or _by_number([name for name in log.names if name != LED])]
     force = {} if log.effort is None or np.isnan(log.effort).all() else numbered_columns("f", log.effort[:, order])
     light = {LED: log.position[:, log.names.index(LED)]} if LED in log.names else {}
     return Series(log.time, numbered_columns("theta", log.position[:, order]) | force | light)
+
+
+def _by_number(names: Sequence[str]) -> list[str]:
+    """Names of motors in the order of their numbers, where only these tell them apart; else as they stand."""
+    parts = [_NUMBERED.fullmatch(name) for name in names]
+    if not all(parts):
+        return list(names)
+    numbers = [int(part["number"]) for part in parts if part]
+    called = {(part["before"], part["after"]) for part in parts if part}
+    counted = sorted(numbers) in (list(range(len(names))), list(range(1, len(names) + 1)))
+    return (
+        [name for _, name in sorted(zip(numbers, names, strict=True))] if counted and len(called) == 1 else list(names)
+    )
 
 
 def _not_one_channel(

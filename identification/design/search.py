@@ -17,6 +17,7 @@ from identification.design.information import (
     noise_free_signals,
     predicted_sigma,
 )
+from identification.design.repetition import likeness_to_itself
 from identification.design.trajectory import MotionLimits, Trajectory, tension_levels, trajectory
 from identification.unknowns import Unknowns, terms_of, unknowns
 from mechanism.laws import LAWS
@@ -31,6 +32,9 @@ CONTROLLER_HZ = 500.0
 """Hz: rate of the table that a controller plays"""
 _SEARCH_HZ = 50.0
 """Hz: rate during the search, 25 rows a period of the fastest tones"""
+_MAX_LIKENESS, _REPETITION = 0.7, 200.0
+"""correlation of joints' speeds with themselves later on, beyond which a motion counts as worse, and by how much of the log det:
+`sync` warns of 0.85, and refuses 0.9 (docs/thresholds.md)"""
 DEFAULT_TARGETS = ("fs", "k", "ca")
 
 
@@ -130,7 +134,8 @@ def design_motion(
 
     def judged(shape: FourierShape) -> float:
         motion = trajectory(machine, shape, limits, options.seconds, _SEARCH_HZ)
-        value = logdet(motion, target, noise) + also(motion)
+        likeness = likeness_to_itself(np.gradient(motion.alpha, axis=0))
+        value = logdet(motion, target, noise) + also(motion) + _REPETITION * max(0.0, likeness - _MAX_LIKENESS)
         progress(1)
         return value
 

@@ -204,3 +204,10 @@ def test_a_start_that_is_none_is_refused(start: Any, says: str) -> None:
     of = case(SEEDS[0])
     with pytest.raises(Refused, match=says):
         observe_log(of.neck, of.model, of.log.part(slice(0, 10)), start=start)
+
+
+@pytest.mark.parametrize("step_s", [0.0, -0.002, float("nan")])
+def test_rows_that_are_no_time_apart_are_refused(step_s: float) -> None:
+    of = case(SEEDS[0])
+    with pytest.raises(Refused, match="s apart are none; give step_s"):
+        Observer(of.neck, of.model, step_s)

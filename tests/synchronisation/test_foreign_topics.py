@@ -46,6 +46,25 @@ def test_a_topic_that_cannot_be_read_is_refused_only_where_it_is_needed(joint: s
         motor_channel({"gripper": JointStateChannel(("g",), np.arange(2.0), np.ones((2, 1)), None)}, neck, LOG, states)
 
 
+@pytest.mark.parametrize(
+    ("names", "order"),
+    [
+        (("m3", "m1", "m2", "m4"), (1, 2, 0, 3)),
+        (("axis_0_pos", "axis_3_pos", "axis_2_pos", "axis_1_pos"), (0, 3, 2, 1)),
+        (("m3", "m1", "m2", "n4"), (0, 1, 2, 3)),
+        (("m7", "m1", "m2", "m4"), (0, 1, 2, 3)),
+        (("left", "up", "right", "down"), (0, 1, 2, 3)),
+    ],
+)
+def test_joints_that_differ_by_a_number_stand_by_it(names: tuple[str, ...], order: tuple[int, ...]) -> None:
+    """As the manual says, and as a mapping of the same log has them; other names tell no order."""
+    log = channel(True)
+    found = motor_channel({"states": JointStateChannel(names, log.time, log.position, log.effort)}, NECK, LOG)
+    np.testing.assert_array_equal(found.matrix("theta"), log.position[:, order])
+    assert log.effort is not None
+    np.testing.assert_array_equal(found.matrix("f"), log.effort[:, order])
+
+
 def test_efforts_in_a_topic_without_positions_are_said_to_be_there() -> None:
     contents = LogContents(
         topics={"joint_states": channel(False)}, faults={"cmd": "message 1: holds no positions, only effort"}
