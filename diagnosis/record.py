@@ -67,7 +67,7 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         "not_simulated": d.not_simulated or None,
         "clocks": [
             {"recording": r, "late_s": float(lag) + d.extended.frame_lag}
-            for r, lag in enumerate(search.last.comparison.linearisation.frame_lags, start=1)
+            for r, lag in enumerate(d.extended_stage.comparison.linearisation.frame_lags, start=1)
         ],
         "channels": [
             {

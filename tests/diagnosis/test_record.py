@@ -41,7 +41,7 @@ def found(h: Hypothesis, frame_lags: list[float]) -> Any:
         why="nothing stands above noise",
         extended=h,
         extended_stage=last,
-        search=SimpleNamespace(named=(), last=last, unlisted=None, ranking=()),
+        search=SimpleNamespace(named=(), unlisted=None, ranking=()),
         detectability=VISIBLE,
         signature=Signature("nothing", (), (), (), (course,), (), cast("Any", best)),
         causes=(),
@@ -73,7 +73,7 @@ def test_frames_are_late_by_their_own_clock_and_by_the_cause() -> None:
 
 
 def test_a_pair_of_look_alikes_says_which_feigns_which() -> None:
-    """A tilt does 95 % of what a payload does, and a payload 30 % of what a tilt does: the first alone is listed."""
+    """A tilt does 95 % of what a payload does, and a payload 30 % of what a tilt does: of these two the first alone is listed."""
     record = as_json(found(as_described(NECK), [0.0]))
     assert record["look_alikes"] == [
         {"effect": "tip_payload", "feigned_by": "base_tilt", "share": 0.95},

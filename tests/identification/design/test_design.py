@@ -235,3 +235,16 @@ def test_what_cannot_be_designed_is_refused_by_name() -> None:
     one_sided = type(NECK).model_validate(slack)
     with pytest.raises(Refused, match="no tensions of all cables balance"):
         tension_levels(arm_of(one_sided))
+
+
+def test_a_motion_that_is_like_itself_counts_as_worse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By 200 times what it is more than 0.7 alike; below that nothing is said of it."""
+    machine = nominal_machine(NECK)
+
+    def drawn(likeness: float) -> np.ndarray:
+        monkeypatch.setattr("identification.design.search.likeness_to_itself", lambda speeds: likeness)
+        options = SearchOptions(SECONDS, draws=2, changes=0)
+        return np.array(design_motion(machine, design_target(machine), LIMITS, NOISE, options).drawn)
+
+    np.testing.assert_allclose(drawn(0.9), drawn(0.0) + 40.0)
+    np.testing.assert_array_equal(drawn(0.69), drawn(0.0))
