@@ -140,11 +140,12 @@ def fit_laws(
     Zi = problem.whitened(whiten, instruments)
     free = ~_at_bound(u, first)
     p = _instrument_estimate(problem, whiten, Zi, first, free)
-    if not _loss(problem, whiten, p) < _MAX_LOSS_RATIO * _loss(problem, whiten, first):
-        # instruments that follow the motion too little lead anywhere: then they say how little is known, and no more
-        p = first
     at_p = problem.recordings_at(p)
-    rows = problem.rows(p, at_p)
+    rows_at_p = problem.rows(p, at_p)
+    if _loss(problem, whiten, rows_at_p) < _MAX_LOSS_RATIO * _loss(problem, whiten, rows):
+        rows = rows_at_p
+    else:  # instruments that follow the motion too little lead anywhere: they say how little is known, and no more
+        p, at_p = first, at_first
     J = problem.whitened(whiten, [f.jacobian for f in rows])
     e = problem.whitened(whiten, noise or [f.residual for f in rows])
     shared = problem.whitened(whiten, [shared_error_residuals(s, u, p, r) for r, s in enumerate(at_p)])
@@ -218,10 +219,9 @@ def _instrument_estimate(
     return p
 
 
-def _loss(problem: _Problem, whiten: Whitener, p: Array) -> float:
-    """Sum of the squares of whitened residuals at p."""
-    residuals = problem.whitened(whiten, [f.residual for f in problem.rows(p)])
-    return float(sum(np.sum(r**2) for r in residuals))
+def _loss(problem: _Problem, whiten: Whitener, rows: Sequence[ResidualRows]) -> float:
+    """Sum of the squares of whitened residuals."""
+    return float(sum(np.sum(r**2) for r in problem.whitened(whiten, [f.residual for f in rows])))
 
 
 def _influences(
