@@ -82,7 +82,8 @@ def _sizes(cause: Cause, parameters: Sequence[Parameter]) -> str:
 
 def worst_equations(gains: Sequence[Gain]) -> Gain | None:
     """The kind of equations with the largest misfit, over noise, before the cause was added; None where there is none."""
-    return max(gains, key=lambda g: g.before / g.noise_floor, default=None)
+    of_equations = [g for g in gains if g.measure not in MEASURES.values()]
+    return max(of_equations, key=lambda g: g.before / g.noise_floor, default=None)
 
 
 def _gain_sentence(d: Diagnosis) -> str:
