@@ -91,11 +91,10 @@ def _gain_sentence(d: Diagnosis) -> str:
     g = worst_equations(d.gains)
     if g is None:
         return " Not tried on recordings that were not fitted: none were given."
-    shown = shown_gain(g)
-    before, after, noise = (number_text(rms, 3) for rms in (shown.before, shown.after, shown.noise_floor))
+    before, after, noise = (number_text(rms, 3) for rms in (g.before, g.after, g.noise_floor))
     return (
-        f" On recordings that were not fitted, the {g.measure} are off by {after} {shown.unit} in place of {before} "
-        f"(gain {with_sigma(shown.before - shown.after, shown.sigma)}; noise alone: {noise}).{_tip_sentence(d)}"
+        f" On recordings that were not fitted, the {g.measure} are off by {after} {g.unit} in place of {before} "
+        f"(gain {with_sigma(g.before - g.after, g.sigma)}; noise alone: {noise}).{_tip_sentence(d)}"
     )
 
 
@@ -121,9 +120,8 @@ def _misfit_sentence(d: Diagnosis) -> str:
     g = worst_equations(d.gains)
     if g is None:
         return ""
-    shown = shown_gain(g)
     return (
-        f" On recordings that were not fitted, the {g.measure} are off by {number_text(shown.before, 3)} {shown.unit}, "
+        f" On recordings that were not fitted, the {g.measure} are off by {number_text(g.before, 3)} {g.unit}, "
         f"{number_text(g.before / g.noise_floor, 3)} times noise."
     )
 
