@@ -36,6 +36,7 @@ TOPICS = {
         "simulation",
         "simulation_error",
         "observer",
+        "observer_effects",
         "growth",
         "verdict_time",
         "clean_arms",

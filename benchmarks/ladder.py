@@ -123,25 +123,25 @@ SET_ON = (
 COUNTED = tuple(name for name in OUTSIDE if name not in SET_ON)
 
 
-def _rng(plant: Plant) -> np.random.Generator:
+def drawing_rng(plant: Plant) -> np.random.Generator:
     """Of an arm: the same sizes whenever it is drawn."""
     return np.random.default_rng(np.frombuffer(plant.stiffness.tobytes(), dtype=np.uint32))
 
 
 def _single(name: str) -> Callable[[Plant], Sequence[Law]]:
-    return lambda plant: [CATALOGUE[name](plant, _rng(plant))]
+    return lambda plant: [CATALOGUE[name](plant, drawing_rng(plant))]
 
 
 def mixture(plant: Plant) -> dict[str, Law]:
     """Three to six effects of the catalogue, by name."""
-    rng = _rng(plant)
+    rng = drawing_rng(plant)
     names = rng.choice(list(CATALOGUE), rng.integers(3, 7), replace=False)
     return {str(name): CATALOGUE[name](plant, rng) for name in names}
 
 
 def mixture_and_another(plant: Plant, names: Sequence[str]) -> list[Law]:
     """A mixture, and one of these effects that no catalogue holds beside it."""
-    another = names[int(_rng(plant).integers(len(names)))]
+    another = names[int(drawing_rng(plant).integers(len(names)))]
     return [*mixture(plant).values(), OUTSIDE[another]]
 
 

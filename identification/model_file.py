@@ -71,6 +71,8 @@ class PoseResidual(Strict):
     """the part of angle_rad that is the same seconds later, rms; None where it is not known"""
     seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
     """length of the recording, or of the longest: 0 where none told"""
+    count_rad: tuple[Finite, ...] | None = None
+    """in which steps each motor's angle was logged; None of an earlier version: as described"""
 
 
 def arm_digest(neck: Neck) -> str:

@@ -49,9 +49,7 @@ def with_motor_speeds(data: DataSet, machine: Machine, delay: float, draws: int 
     theta, f = state.matrix("theta"), state.matrix("f")
     step = float(np.mean(np.diff(state.time)))
     wrap = wrap_angles(data.arm, state.matrix("alpha")) if machine.rubs_under_tension else None
-    return replace(
-        data, speeds=motor_speeds(data.arm, machine, theta, f, step, data.neck.count_angles, delay, draws, wrap)
-    )
+    return replace(data, speeds=motor_speeds(data.arm, machine, theta, f, step, data.count_angles, delay, draws, wrap))
 
 
 def motor_speeds(

@@ -229,6 +229,7 @@ class _Fit:
                 high_alpha=tuple(float(v) for v in np.max([r.alpha.max(axis=0) for r in self.equations.rows], axis=0)),
                 slope=tuple(float(v) for v in np.sqrt(np.mean(np.square(slopes), axis=0))),
                 seconds=max(float(r.frames.time[-1] - r.frames.time[0]) for r in self.equations.rows),
+                count_rad=tuple(float(v) for v in np.max([r.count_angles for r in self.equations.rows], axis=0)),
             ),
         )
 

@@ -40,6 +40,8 @@ class PoseRows:
     clock_sigma: float
     """s, of the offset; not wider than `sync` says it is: play and friction that no law has look like a late clock"""
     skew_sigma: float
+    count_angles: Array
+    """(M,), rad, in which motors' angles were logged"""
 
 
 def rows_of(data: DataSet) -> PoseRows:
@@ -74,4 +76,5 @@ def rows_of(data: DataSet) -> PoseRows:
         state=(state.matrix("alpha"), state.matrix("alpha", "_d"), state.matrix("alpha", "_dd")),
         clock_sigma=max(float(offset_sigma), _LEAST_CLOCK_SIGMA_S) if offset_sigma else _UNTOLD_CLOCK_SIGMA_S,
         skew_sigma=max(1e-6 * float(skew_ppm), _LEAST_SKEW_SIGMA) if skew_ppm else _UNTOLD_SKEW_SIGMA,
+        count_angles=data.count_angles,
     )

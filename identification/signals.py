@@ -118,7 +118,7 @@ def signals_of(data: DataSet, load_by_frames: bool = False) -> Signals:
     logged_f = state.matrix("f")
     # a logged force holds from its row on
     f = np.concatenate([logged_f[:1], (logged_f[:-1] + logged_f[1:]) / 2])
-    speeds = data.speeds or unrefined_speeds(theta_d, data.neck.count_angles)
+    speeds = data.speeds or unrefined_speeds(theta_d, data.count_angles)
     step = float(np.mean(np.diff(time)))
     missed = np.asarray(np.any(state.matrix("bridged") > 0, axis=1))
     for begin, end in data.clock.get("log_gaps", ()):

@@ -92,7 +92,8 @@ def filter_numbers(neck: Neck, model: Model) -> FilterNumbers:
     layout = layout_of(machine)
     left_N = np.array(pose.residual.motor_N)
     friction_sigma = np.maximum(left_N, MIN_FRICTION_SHARE * typical_load(machine.arm))
-    theta_sigma = neck.count_angles * COUNT_SIGMA
+    counts = pose.residual.count_rad
+    theta_sigma = (neck.count_angles if counts is None else np.array(counts)) * COUNT_SIGMA
     bound = np.tile(machine.bounds[1], layout.M)
     has_bound = np.isfinite(bound)
     known_x0 = {number.index for number in pose.numbers if number.kind == "x0"}
@@ -178,7 +179,8 @@ def _check_counts(pose: PoseModel, neck: Neck) -> None:
     left = pose.residual
     told = [v for v in (left.slope, left.rate_rad_s, left.lasting_rad) if v]
     of_joints = (left.angle_rad, left.low_alpha, left.high_alpha, *told)
-    if {len(v) for v in of_joints} != {neck.N} or len(left.motor_N) != neck.M:
+    of_motors = (left.motor_N, *([left.count_rad] if left.count_rad else []))
+    if {len(v) for v in of_joints} != {neck.N} or {len(v) for v in of_motors} != {neck.M}:
         raise Refused("model", f"pose: it is of another arm than one with {neck.N} joints and {neck.M} motors")
 
 

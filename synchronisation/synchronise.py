@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.dataset.dataset import DataSet, state_series
+from identification.dataset.encoder_steps import count_angles
 from identification.dataset.frames import FrameAngles, spline_through_frames
 from identification.dataset.series import Series, numbered_columns
 from identification.fasquelle.series import FASQUELLE_CUTOFF_HZ, fasquelle_series
@@ -20,6 +21,7 @@ from synchronisation.clocks.clock import fit_clock
 from synchronisation.clocks.clock_estimate import ClockEstimate
 from synchronisation.clocks.late_forces import with_acting_forces
 from synchronisation.clocks.usable_frames import GAP_MARGIN_S
+from synchronisation.encoder_counts import counts_warnings
 from synchronisation.encoder_log import uniformly_sampled
 from synchronisation.log_plausibility import check_log_meaning
 from synchronisation.tested_sigma import with_tested_sigma
@@ -50,7 +52,7 @@ def synchronise(
     """
     arm = arm_of(neck)
     angles, of_sigma = with_tested_sigma(angles.from_zero(neck.zero_angles))
-    warnings = (*of_sigma, *check_log_meaning(neck, arm, angles, log))
+    warnings = (*of_sigma, *check_log_meaning(neck, arm, angles, log), *counts_warnings(neck, log))
     viscosity = np.array([np.nan if motor.fv is None else motor.fv for motor in neck.motors])
     clock = fit_clock(arm, angles, log, viscosity)
     if rows_left_out(log, clock):
@@ -62,7 +64,7 @@ def synchronise(
     known = angles.complete
     first, last = frames.time[known][[0, -1]]
     inside = (even_log.time >= first) & (even_log.time <= last)
-    motors = motors_of(even_log, neck.count_angles, clock.delay[0] if clock.delay else 0.0)
+    motors = motors_of(even_log, count_angles(neck, log), clock.delay[0] if clock.delay else 0.0)
     has_force = "f1" in log.columns
     clock_sigma = (clock.offset_sigma, clock.skew_sigma)
     estimate = estimate_state(arm, frames, motors, even_log.time[inside], clock_sigma, fuse=has_force)

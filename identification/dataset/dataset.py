@@ -5,11 +5,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.dataset.encoder_steps import count_angles
 from identification.dataset.half_row_speeds import HalfRowSpeeds
 from identification.dataset.series import Series, numbered_columns
 from mechanism.arm import Arm, arm_of
@@ -60,6 +62,11 @@ class DataSet:
     def arm(self) -> Arm:
         """The arm's numbers as neck.yaml states them."""
         return arm_of(self.neck)
+
+    @cached_property
+    def count_angles(self) -> Array:
+        """Angle of one step of each motor's encoder, (M,), rad: as the log shows, or as described where it shows none."""
+        return count_angles(self.neck, self.log)
 
 
 def state_series(

@@ -19,7 +19,7 @@ def check_same_log(data: DataSet, log: Series, where: str) -> None:
         return  # what asks for frames within the log, and for so many motors, says so
     beside = np.abs(theta[within] - interpolated(log.time[within], data.state.time, own))
     way = np.abs(theta[within] - np.median(theta[within], axis=0))
-    counts = float(np.sum(data.neck.count_angles))
+    counts = float(np.sum(data.count_angles))
     off, turned = (float(np.sum(np.median(part, axis=0))) for part in (beside, way))
     if off > MAX_BESIDE_SHARE * turned + MAX_BESIDE_COUNTS * counts:
         raise Refused(

@@ -77,7 +77,7 @@ def measured_motor_angles(data: DataSet) -> RowMeasurement:
     """Angles of the motors as their encoders counted them."""
     log = data.log if data.log.matrix("theta").size else data.state  # a damaged file may have lost the log
     counted = [np.interp(data.state.time, log.time, column) for column in log.matrix("theta").T]
-    return RowMeasurement(np.stack(counted, axis=-1), data.neck.count_angles**2 / 12, "rad")
+    return RowMeasurement(np.stack(counted, axis=-1), data.count_angles**2 / 12, "rad")
 
 
 def measured_forces(parameters: RecordingParameters) -> RowMeasurement:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from identification.dataset.columns_on_disk import SeriesOnDisk
 from identification.dataset.dataset import DataSet
+from identification.dataset.encoder_steps import count_angles
 from identification.dataset.frames import FrameAngles
 from identification.dataset.series import Series, concatenated
 from identification.dataset.stretches import PART_S, consecutive_spans
@@ -28,6 +29,7 @@ from synchronisation.check.checked_parts import merged_checks
 from synchronisation.clocks.clock_estimate import ClockEstimate
 from synchronisation.clocks.log_gaps import repair_log
 from synchronisation.clocks.usable_frames import GAP_MARGIN_S
+from synchronisation.encoder_counts import counts_warnings
 from synchronisation.long.parts_clock import OVERLAP_S, clock_of_parts
 from synchronisation.long.recording_parts import EvenRows, even_rows
 from synchronisation.synchronise import COVARIANCE_HZ, UNCHECKED, clock_json, state_columns
@@ -69,7 +71,7 @@ def synchronise_parts(
     angles, of_sigma = with_tested_sigma(angles.from_zero(neck.zero_angles))
     viscosity = np.array([np.nan if motor.fv is None else motor.fv for motor in neck.motors])
     clock = clock_of_parts(neck, arm, angles, repair_log(log), viscosity, progress)
-    warnings = of_sigma
+    warnings = (*of_sigma, *counts_warnings(neck, log))
     if rows_left_out(log, clock):
         warnings = (*warnings, rows_left_out_warning(log, clock))
         held = repair_log(forces_held(log, clock))
@@ -77,7 +79,7 @@ def synchronise_parts(
     left_out = len(clock.warnings) - MAX_WARNINGS
     more = (f"{left_out} more warnings of parts",) if left_out > 0 else ()
     clock = replace(clock, warnings=(*warnings, *clock.warnings[:MAX_WARNINGS], *more))
-    recording = _Recording.of(neck, arm, angles, clock)
+    recording = _Recording.of(neck, arm, angles, clock, count_angles(neck, log))
     first, last = recording.rows
     state = SeriesOnDisk(scratch, last - first)
     others = list[_Part]()
@@ -120,11 +122,13 @@ class _Recording:
     known: NDArray[np.bool_]
     """(F,): frames with all angles"""
     log: EvenRows
+    count_angles: Array
+    """(M,), rad"""
 
     @classmethod
-    def of(cls, neck: Neck, arm: Arm, angles: Angles, clock: ClockEstimate) -> "_Recording":
+    def of(cls, neck: Neck, arm: Arm, angles: Angles, clock: ClockEstimate, count_angles: Array) -> "_Recording":
         frames = FrameAngles(clock.log_time(angles.time), angles.alpha, angles.white_sigma, angles.shared)
-        return cls(neck, arm, clock, frames, angles.complete, even_rows(clock.repaired.log))
+        return cls(neck, arm, clock, frames, angles.complete, even_rows(clock.repaired.log), count_angles)
 
     @property
     def rows(self) -> tuple[int, int]:
@@ -173,7 +177,7 @@ def _part(recording: _Recording, begin: int, end: int, cutoff: float) -> _Part:
     inside[from_row - log_begin : to_row - log_begin] = True
     at = even.time[inside]
     frames = _frames_around(recording.frames, at[0], at[-1])
-    motors = motors_of(even, neck.count_angles, clock.delay[0] if clock.delay else 0.0)
+    motors = motors_of(even, recording.count_angles, clock.delay[0] if clock.delay else 0.0)
     has_force = "f1" in even.columns
     away = (at[0] + at[-1]) / 2 - clock.offset - clock.middle
     clock_sigma = (float(np.hypot(clock.offset_sigma, clock.skew_sigma * away)), clock.skew_sigma)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from identification.model_file import pose_machine
 from mechanism.cable_lengths import geometry_of_poses
@@ -14,6 +15,7 @@ from observation.observer import Observer
 from observation.resting_arm import compliance, missing_torque
 from tests.observation.arms import SEEDS, SETTLED, Case, case
 from tests.similar_arms import similar_neck, stronger_model, with_forces
+from xneck_foundation.errors import Refused
 
 NO_PLAY = np.empty(0)
 """sides of the drums of arms without play"""
@@ -112,6 +114,26 @@ def test_an_arm_of_the_same_size_is_observed_the_same_whatever_its_forces(force:
     for name, column in seen.columns.items():
         largest = np.abs(column).max()
         np.testing.assert_allclose(same.columns[name], column, rtol=0, atol=1e-3 * largest, err_msg=name)
+
+
+def test_motor_angles_are_as_sure_as_the_log_that_was_calibrated_with() -> None:
+    """Where the model does not say, as the description's counts are."""
+    of = case(SEEDS[0])
+    assert of.model.pose is not None
+    counted = of.model.pose.residual.count_rad
+    assert counted is not None
+    np.testing.assert_allclose(counted, of.neck.count_angles, rtol=1e-3)
+
+    def sigma(count_rad: tuple[float, ...] | None) -> NDArray[np.float64]:
+        assert of.model.pose is not None
+        left = of.model.pose.residual.model_copy(update={"count_rad": count_rad})
+        model = of.model.model_copy(update={"pose": of.model.pose.model_copy(update={"residual": left})})
+        return filter_numbers(of.neck, model).theta_sigma
+
+    np.testing.assert_allclose(sigma(None), of.neck.count_angles / np.sqrt(12))
+    np.testing.assert_allclose(sigma(tuple(c / 4 for c in counted)), np.array(counted) / 4 / np.sqrt(12))
+    with pytest.raises(Refused, match="of another arm"):
+        sigma(counted[:1])
 
 
 def test_pre_elongations_wander_as_calibration_allows() -> None:

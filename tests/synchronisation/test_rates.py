@@ -43,6 +43,21 @@ def synchronised(log_hz: float, frame_hz: float) -> DataSet:
     return synchronise(NECK, TEXT, noisy_angles(p), log, {})
 
 
+def test_motors_are_as_sure_as_the_steps_of_their_log() -> None:
+    """Not as counts of neck.yaml would make them, which may be lines; the record says so."""
+    p, as_described = made(200.0, 25.0), synchronised(200.0, 25.0)
+    log = Series(p.log_time, numbered_columns("theta", p.counted) | numbered_columns("f", p.f))
+    lines = NECK.with_({f"motors[{j}].counts": NECK.motors[j].counts // 4 for j in range(NECK.M)})
+    data = synchronise(lines, TEXT, noisy_angles(p), log, {})
+    for suffix in ("", "_d", "_dd"):
+        np.testing.assert_allclose(
+            data.state.matrix("sigma_theta", suffix), as_described.state.matrix("sigma_theta", suffix), rtol=1e-3
+        )
+    np.testing.assert_allclose(data.count_angles, NECK.count_angles, rtol=1e-4)
+    (words,) = set(data.clock["warnings"]) - set(as_described.clock["warnings"])
+    assert f"where neck.yaml has counts: {lines.motors[0].counts}" in words
+
+
 @pytest.mark.parametrize(("log_hz", "frame_hz"), RATES)
 def test_clock_state_and_check_hold_at_other_rates(log_hz: float, frame_hz: float) -> None:
     """The rates that are found are those of the generator. The limit of the offset is 0.05 ms at 30 Hz; errors of the state are of
@@ -116,6 +131,6 @@ def test_the_led_of_an_mcap_is_a_joint_and_ties_the_clock(tmp_path: Path) -> Non
     expected = p.clocks.offset_s + p.clocks.skew * (clock["camera_middle_s"] - p.clocks.middle_s)
     assert abs(clock["offset_s"] - expected) < 0.2e-3
     assert abs(clock["offset_s"] - expected) < 4 * clock["offset_sigma_s"]
-    # without names in neck.yaml, the order of the joints is that of the motors, the light left out
+    # without names in neck.yaml, joints stand by their numbers, the light left out
     plain = read_log(tmp_path / "log.mcap", NECK)
-    np.testing.assert_allclose(plain.matrix("theta"), p.counted[:, [2, 0, 3, 1]])
+    np.testing.assert_allclose(plain.matrix("theta"), p.counted)
