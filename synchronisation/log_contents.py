@@ -21,6 +21,7 @@ from synchronisation.text_encoding import open_text
 from xneck_foundation.errors import Refused
 from xneck_foundation.file_kind import refuse_other_kind
 from xneck_foundation.input_file import check_input
+from xneck_foundation.spelling import quoted
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,8 @@ def _csv_contents(path: Path) -> LogContents:
             continue  # a separator ends each line
         if sum(value is None for value in values) > len(values) / 2:
             texts[name] = cells[0]
+        elif name in columns:
+            raise Refused(path, f"has the column {quoted(name)} {header.count(name)} times", "name each column once")
         else:
             columns[name] = np.array([np.nan if value is None else value for value in values])
     return LogContents(

@@ -98,6 +98,16 @@ def test_what_is_no_log_is_refused_alike_by_logs_and_sync(
         assert says in ran.err
 
 
+def test_two_columns_of_one_name_are_refused(log: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """The one would hide the other, and a motor would be missed."""
+    header, *rows = log.read_text().splitlines()
+    twice = tmp_path / "twice.csv"
+    twice.write_text("\n".join([header.replace("winch2 pos", "winch1 pos"), *rows, ""]))
+    refused = run(capfd, "logs", twice, "--neck", NECK_FILE)
+    assert refused.status == 1
+    assert refused.err.strip() == f"xneck: {twice}: has the column 'winch1 pos [deg]' 2 times; name each column once"
+
+
 def test_text_of_any_suffix_is_read(log: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "log.dat").write_bytes(log.read_bytes())
     assert run(capfd, "logs", tmp_path / "log.dat").status == 0
