@@ -45,6 +45,8 @@ MOTORS_STICK = (
     "motors stick: dry friction holds them at rest by anything up to its greatest, and what is left there counts little"
 )
 _HELD_OUT_SEED = 100
+_MAX_WARNINGS = 3
+"""of a clock, that are repeated"""
 """added to the random seed of recordings that are not fitted"""
 
 
@@ -180,6 +182,9 @@ def diagnose(
         )
     if stage.before_causes.held.motors:
         why = "; ".join(filter(None, [why, MOTORS_STICK]))
+    if verdict == "unknown":
+        # what was doubted of a log or of the arm's description may be what no cause explains
+        why = "; ".join([why, *(f"`sync` warned: {words}" for words in _warnings(recordings))])
     return Diagnosis(
         verdict=verdict,
         why=why,
@@ -202,6 +207,11 @@ def _signature(found: Findings) -> Signature:
     """Of what the base model leaves, with the stretches that were set aside for causes."""
     of_base = signature(found.search.first, found.search.last)
     return replace(of_base, episodes=found.stretches) if found.stretches and found.search.named else of_base
+
+
+def _warnings(recordings: Sequence[DataSet]) -> list[str]:
+    """Of the clocks of recordings, each once."""
+    return list(dict.fromkeys(words for data in recordings for words in data.clock.get("warnings", ())))[:_MAX_WARNINGS]
 
 
 def _check(recordings: Sequence[DataSet], held_out: Sequence[DataSet]) -> None:

@@ -22,6 +22,7 @@ from synchronisation.clocks.usable_frames import MIN_FRAMES
 from synchronisation.encoder_log import uniformly_sampled
 from synchronisation.exchanged_columns import exchanged_columns
 from synchronisation.force_plausibility import MAX_UNEXPLAINED_SHARE, WRONG_WAY, WRONG_WAY_SIGMA, check_forces
+from synchronisation.gravity_plausibility import other_gravity
 from synchronisation.log_regression import (
     MAX_RELATIVE_SIGMA,
     Factors,
@@ -100,7 +101,8 @@ def check_log_meaning(neck: Neck, arm: Arm, angles: Angles, log: Series) -> tupl
         return warnings
     if np.any(yielding > WRONG_WAY_SIGMA) and not np.any(yielding < -WRONG_WAY_SIGMA):
         _check_mirrored(arm, time, alpha, even, factors.unexplained)
-    return (*warnings, *check_forces(neck, arm, motion, yielding, _unexplained_shares(arm, motion)))
+    arm, of_gravity = other_gravity(neck, arm, motion)
+    return (*warnings, *of_gravity, *check_forces(neck, arm, motion, yielding, _unexplained_shares(arm, motion)))
 
 
 def _check_levers(arm: Arm) -> None:

@@ -163,6 +163,40 @@ def force_factors(arm: Arm, motion: LoggedMotion) -> Factors:
     return Factors(value[: arm.M], sigma[: arm.M], explained, left)
 
 
+@dataclass(frozen=True)
+class GravityFit:
+    """The gravity by which an arm moves as it does under its logged forces."""
+
+    gravity: Array
+    """(2,), m/s^2"""
+    sigma: Array
+    left: float
+    """RMS of the torques that it leaves unexplained, N m"""
+    left_as_described: float
+    """RMS of those that the description's gravity leaves"""
+
+
+def fitted_gravity(arm: Arm, motion: LoggedMotion) -> GravityFit:
+    """With the forces' unit, the motors' friction and a constant torque of each joint left open."""
+    weightless = replace(arm, gravity=np.zeros(2))
+    dynamics = terms(weightless, motion.alpha, motion.alpha_d)
+    jacobian = Z(arm, motion.alpha)
+    needed = np.einsum("tij,tj->ti", dynamics.M, motion.alpha_dd) + dynamics.c + dynamics.g
+    needed += np.einsum("tij,tj->ti", jacobian, arm.motor_inertia / arm.drum * motion.acceleration)
+    pulled = np.einsum("tij,tj->ti", jacobian, motion.force)
+    by_gravity = np.stack(
+        [terms(replace(arm, gravity=axis), motion.alpha, motion.alpha_d).g - dynamics.g for axis in np.eye(2)], axis=-1
+    )
+    friction = [jacobian * signal[:, None, :] for signal in (motion.dry_friction, motion.speed)]
+    constant = np.broadcast_to(np.eye(arm.N), (len(motion.time), arm.N, arm.N))
+    open_numbers = np.concatenate([pulled[..., None], *friction, constant], axis=-1).reshape(-1, 1 + 2 * arm.M + arm.N)
+    time = np.repeat(motion.time, arm.N)
+    columns = np.concatenate([by_gravity.reshape(-1, 2), open_numbers], axis=-1)
+    value, sigma, _, left = _least_squares(columns, needed.ravel(), time)
+    *_, as_described = _least_squares(open_numbers, (needed + by_gravity @ arm.gravity).ravel(), time)
+    return GravityFit(-value[:2], sigma[:2], left, as_described)
+
+
 def _senses(video: CableSpeeds, motors: CableSpeeds) -> list[Array]:
     """Signs (M,) of the motors that are tried: as logged, and as each correlates where most do."""
     m = video.values.shape[1]
