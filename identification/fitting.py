@@ -34,6 +34,9 @@ _TOLERANCE = 0.02
 """sizes of a term: a smaller step ends the iteration; the next one, with another whitening, starts from there"""
 _MAX_LOSS_RATIO = 2.0
 """times the loss of least squares, beyond which what instruments lead to is no estimate (docs/thresholds.md)"""
+_WEAK_INSTRUMENT = 0.1
+"""cosine between a combination of instruments and what they stand for, below which, of those that led astray, they are none
+(docs/thresholds.md)"""
 _MAX_STEP = 2000.0
 """sizes of a term: bound of one step, far beyond what is much on a usual arm; also a prior of that width, so that what nothing
 determines stays"""
@@ -139,12 +142,16 @@ def fit_laws(
     )
     Zi = problem.whitened(whiten, instruments)
     free = ~_at_bound(u, first)
-    p = _instrument_estimate(problem, whiten, Zi, first, free)
-    at_p = problem.recordings_at(p)
-    rows_at_p = problem.rows(p, at_p)
-    if _loss(problem, whiten, rows_at_p) < _MAX_LOSS_RATIO * _loss(problem, whiten, rows):
-        rows = rows_at_p
-    else:  # instruments that follow the motion too little lead anywhere: they say how little is known, and no more
+    for strengthened in (False, True):
+        if strengthened:  # instruments that follow the motion too little lead anywhere
+            Zi = _strengthened(Zi, problem.whitened(whiten, [f.jacobian for f in rows]), free)
+        p = _instrument_estimate(problem, whiten, Zi, first, free)
+        at_p = problem.recordings_at(p)
+        rows_at_p = problem.rows(p, at_p)
+        if _loss(problem, whiten, rows_at_p) < _MAX_LOSS_RATIO * _loss(problem, whiten, rows):
+            rows = rows_at_p
+            break
+    else:
         p, at_p = first, at_first
     J = problem.whitened(whiten, [f.jacobian for f in rows])
     e = problem.whitened(whiten, noise or [f.residual for f in rows])
@@ -217,6 +224,30 @@ def _instrument_estimate(
         A, g = A + prior.information, g + prior.gradient(p)
         p = np.clip(p - _inverse(A, free, u.size) @ g, u.low, u.high)
     return p
+
+
+def _strengthened(Z: list[Array], J: list[Array], free: NDArray[np.bool_]) -> list[Array]:
+    """Instruments with the Jacobian in the place of those combinations that hardly follow it; both whitened, (C, S, P) each.
+
+    Least squares decides these, as it does without instruments; all others keep theirs."""
+    squares, products = (sum(np.einsum("csp,csq->pq", a, j) for a, j in zip(by, J, strict=True)) for by in (J, Z))
+    squares, products = (np.asarray(a)[np.ix_(free, free)] for a in (squares, products))
+    scale = np.sqrt(np.maximum(np.diag(squares), np.finfo(float).tiny))
+    size, vectors = np.linalg.eigh(squares / np.outer(scale, scale))
+    kept = size > _MIN_EIGENVALUE * size[-1]
+    root = vectors[:, kept] / np.sqrt(size[kept]) / scale[:, None]
+    left, follows, right = np.linalg.svd(root.T @ products @ root)
+    weak = follows < _WEAK_INSTRUMENT
+    # combinations in terms of what each column counts in the others
+    back = scale[:, None] * vectors[:, kept] * np.sqrt(size[kept])
+    by_others = root @ left[:, weak] @ (back @ left[:, weak]).T
+    by_jacobian = root @ right[weak].T @ (back @ left[:, weak]).T
+    out = []
+    for z, j in zip(Z, J, strict=True):
+        stronger = z.copy()
+        stronger[..., free] += j[..., free] @ by_jacobian - z[..., free] @ by_others
+        out.append(stronger)
+    return out
 
 
 def _loss(problem: _Problem, whiten: Whitener, rows: Sequence[ResidualRows]) -> float:

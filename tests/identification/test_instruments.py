@@ -8,6 +8,7 @@ import pytest
 from identification.cable_memory import memory_states
 from identification.dataset.dataset import DataSet
 from identification.estimates import estimate
+from identification.fitting import _strengthened
 from identification.instruments import instrument_signals
 from identification.residuals import cable_motion, law_forces
 from identification.signals import Signals, signals_of
@@ -65,6 +66,30 @@ def test_the_laws_pull_as_the_motors_do(name: str, data: DataSet) -> None:
     pull = machine.pull(at, memory_states(machine, at, s.step))
     drive = law_forces(s, u.laws, u.values(p), u.get(p, "x0", 0), 0.0).drive - s.inertial
     assert np.all(rms(pull - drive) < (0.05 if "hair" in name else 0.01) * rms(drive))
+
+
+def test_a_combination_that_its_instruments_do_not_follow_is_least_squares_and_the_others_are_not() -> None:
+    """Of five columns with errors of their own, instruments have none of these, and tell nothing of one combination."""
+    rng = np.random.default_rng(4)
+    true, weak = np.array([3.0, -1.0, 2.0, 0.5, 4.0]), np.array([1.0, 1.0, 0.0, -1.0, 0.0]) / np.sqrt(3)
+    scale = np.array([1.0, 1e3, 1e-2, 1.0, 10.0])
+    signal = rng.standard_normal((2, 4000, 5))
+    noise = 0.5 * rng.standard_normal(signal.shape)
+    noise -= (noise @ weak)[..., None] * weak  # what instruments do not tell is seen without error
+    J = (signal + noise) * scale
+    Z = (signal - (signal @ weak)[..., None] * weak + 0.02 * rng.standard_normal(signal.shape)) * scale
+    rows = signal @ true + rng.standard_normal(signal.shape[:2])
+    free = np.ones(5, dtype=bool)
+    (stronger,) = _strengthened([Z], [J], free)
+
+    def estimated(by: np.ndarray) -> np.ndarray:
+        return scale * np.linalg.solve(np.einsum("csp,csq->pq", by, J), np.einsum("csp,cs->p", by, rows))
+
+    assert np.abs(estimated(Z) - true).max() > 0.5  # along the combination that has no instrument
+    assert np.abs(estimated(J) - true).max() > 0.5  # least squares takes the columns' errors for less of each
+    assert np.abs(estimated(stronger) - true).max() < 5 * 1.2 / np.sqrt(len(rows.ravel()))
+    (kept,) = _strengthened([signal * scale], [J], free)
+    np.testing.assert_allclose(kept, signal * scale, rtol=0, atol=1e-9 * scale.max())
 
 
 def test_where_instruments_lead_astray_least_squares_stay(monkeypatch: pytest.MonkeyPatch) -> None:
