@@ -28,6 +28,9 @@ def as_text(estimates: Estimates) -> str:
     motor, arm = estimates.rms()
     lines.append(f"left of the motor equations {_listed(motor)} N, of the arm's {_listed(arm)} N m (rms)")
     _, probability = durbin_wu_hausman(estimates.solution)
+    if estimates.solution.is_least_squares:
+        lines.append("instruments lead astray here: numbers are by least squares, which vision's noise may bias")
+        return "\n".join(lines)
     lines.append(
         f"Durbin-Wu-Hausman: p = {probability:.2g}, least squares "
         + ("would be biased by vision's noise" if probability < MIN_UNBIASED_PROBABILITY else "would do as well")

@@ -141,7 +141,7 @@ class Estimates:
             "checks": list(self.checks),
             "fit": {
                 "laws": list(self.laws),
-                "method": "instrumental variables at the log's rate",
+                "method": f"{'least squares' if self.solution.is_least_squares else 'instrumental variables'} at the log's rate",
                 "blocks": self.solution.blocks,
                 "rms_motor_N": motor.tolist(),
                 "rms_arm_Nm": arm.tolist(),

@@ -32,8 +32,12 @@ Array = NDArray[np.float64]
 _MAX_ITERATIONS, _INSTRUMENT_ITERATIONS = 5, 2
 _TOLERANCE = 0.02
 """sizes of a term: a smaller step ends the iteration; the next one, with another whitening, starts from there"""
+_MAX_LED_TO_BOUNDS = 0.2
+"""of the numbers that least squares has within their ranges: more at their ends is no estimate. The loss does not tell: least
+squares has the least whatever noise it takes for motion (docs/thresholds.md)"""
 _MAX_LOSS_RATIO = 2.0
-"""times the loss of least squares, beyond which what instruments lead to is no estimate (docs/thresholds.md)"""
+"""times the loss of least squares, beyond which instruments that led astray do so with least squares' help too
+(docs/thresholds.md)"""
 _WEAK_INSTRUMENT = 0.1
 """cosine between a combination of instruments and what they stand for, below which, of those that led astray, they are none
 (docs/thresholds.md)"""
@@ -68,6 +72,11 @@ class FitSolution:
     """parameters at a bound of their term, (P,)"""
     instrumented: NDArray[np.bool_]
     """parameters whose column the instruments replace, (P,)"""
+
+    @property
+    def is_least_squares(self) -> bool:
+        """Whether instruments led astray, so that least squares' parameters stayed."""
+        return bool(np.array_equal(self.p, self.least_squares))
 
 
 class _Prior:
@@ -142,17 +151,14 @@ def fit_laws(
     )
     Zi = problem.whitened(whiten, instruments)
     free = ~_at_bound(u, first)
-    for strengthened in (False, True):
-        if strengthened:  # instruments that follow the motion too little lead anywhere
-            Zi = _strengthened(Zi, problem.whitened(whiten, [f.jacobian for f in rows]), free)
+    p = _instrument_estimate(problem, whiten, Zi, first, free)
+    if np.mean(_at_bound(u, p)[free]) > _MAX_LED_TO_BOUNDS:  # what instruments hardly follow leads anywhere
+        Zi = _strengthened(Zi, problem.whitened(whiten, [f.jacobian for f in rows]), free)
         p = _instrument_estimate(problem, whiten, Zi, first, free)
-        at_p = problem.recordings_at(p)
-        rows_at_p = problem.rows(p, at_p)
-        if _loss(problem, whiten, rows_at_p) < _MAX_LOSS_RATIO * _loss(problem, whiten, rows):
-            rows = rows_at_p
-            break
-    else:
-        p, at_p = first, at_first
+        if _loss(problem, whiten, p) > _MAX_LOSS_RATIO * _loss(problem, whiten, first):
+            p, instrumented = first, np.zeros_like(instrumented)
+    at_p = problem.recordings_at(p)
+    rows = problem.rows(p, at_p)
     J = problem.whitened(whiten, [f.jacobian for f in rows])
     e = problem.whitened(whiten, noise or [f.residual for f in rows])
     shared = problem.whitened(whiten, [shared_error_residuals(s, u, p, r) for r, s in enumerate(at_p)])
@@ -250,9 +256,9 @@ def _strengthened(Z: list[Array], J: list[Array], free: NDArray[np.bool_]) -> li
     return out
 
 
-def _loss(problem: _Problem, whiten: Whitener, rows: Sequence[ResidualRows]) -> float:
-    """Sum of the squares of whitened residuals."""
-    return float(sum(np.sum(r**2) for r in problem.whitened(whiten, [f.residual for f in rows])))
+def _loss(problem: _Problem, whiten: Whitener, p: Array) -> float:
+    """Sum of the squares of whitened residuals at p."""
+    return float(sum(np.sum(r**2) for r in problem.whitened(whiten, [f.residual for f in problem.rows(p)])))
 
 
 def _influences(

@@ -28,12 +28,14 @@ K, FS, CA = np.array([9000.0, 7000.0, 8500.0, 6000.0]), np.array([12.0, 19.0, 15
 PRETENSION = np.array([26.0, 10.0, 5.0, 2.0])
 
 
-def recording(seed: int, noise_deg: float = 0.1, neck: Neck = NECK, pretension: bool = False) -> DataSet:
+def recording(
+    seed: int, noise_deg: float = 0.1, neck: Neck = NECK, pretension: bool = False, stiffness: np.ndarray = K
+) -> DataSet:
     real: dict[str, Any] = parse_yaml(FILE.read_text(), str(FILE))
     if pretension:
         for cable, x0 in zip(real["cables"], PRETENSION / K, strict=True):
             cable["x0"] = float(x0)
-    p = prescribe(World(real, linear(K, CA), dry_and_viscous(FS, np.zeros(4))), 30.0, seed)
+    p = prescribe(World(real, linear(stiffness, CA), dry_and_viscous(FS, np.zeros(4))), 30.0, seed)
     sigma = np.radians(noise_deg)
     alpha = p.frame_alpha + np.random.default_rng([seed, 5]).normal(0, sigma, p.frame_alpha.shape)
     log = Series(p.log_time, numbered_columns("theta", p.counted) | numbered_columns("f", p.f))

@@ -7,6 +7,7 @@ import pytest
 
 from identification.cable_memory import memory_states
 from identification.dataset.dataset import DataSet
+from identification.estimate_table import as_text
 from identification.estimates import estimate
 from identification.fitting import _strengthened
 from identification.instruments import instrument_signals
@@ -96,9 +97,26 @@ def test_where_instruments_lead_astray_least_squares_stay(monkeypatch: pytest.Mo
     """On an arm whose motors' angles tell little of its cables all numbers ended at the ends of their ranges. Sigma by instruments
     still says how little is told."""
     data = recording(2000)
-    true = estimate([data]).solution
+    true = estimate([data])
+    assert not true.solution.is_least_squares
+    assert "Durbin-Wu-Hausman" in as_text(true)
     far = "identification.fitting._instrument_estimate"
     monkeypatch.setattr(far, lambda problem, whiten, Zi, p, free: problem.unknowns.low.clip(-1e3))
-    found = estimate([data]).solution
-    np.testing.assert_array_equal(found.p, found.least_squares)
-    assert np.all(np.diag(found.covariance) > 0.7 * np.diag(true.covariance))
+    found = estimate([data])
+    assert found.solution.is_least_squares
+    assert np.all(np.diag(found.solution.covariance) > 0.7 * np.diag(true.solution.covariance))
+    assert found.as_json()["fit"]["method"] == "least squares at the log's rate"
+    assert as_text(found).endswith("numbers are by least squares, which vision's noise may bias")
+
+
+def test_noise_that_least_squares_takes_for_motion_leads_nobody_astray() -> None:
+    """Cables so stiff that vision hardly sees them stretch: least squares leaves less, with a fraction of their stiffness."""
+    stiff = 10 * K
+    found = estimate([recording(2000, stiffness=stiff)])
+    assert not found.solution.is_least_squares
+    value, sigma = (
+        np.array([getattr(p, name) for p in found.parameters if p.name == "k"]) for name in ("value", "sigma")
+    )
+    by_least_squares = found.solution.least_squares[found.unknowns.slots["k", None]]
+    assert np.all(by_least_squares < 0.6 * stiff)
+    assert np.all(np.abs(value - stiff) < 4 * sigma)
