@@ -9,14 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.dataset.dataset import DataSet
+from identification.dataset.encoder_steps import measured_steps
 from identification.residuals import motor_motion
 from identification.signals import Signals
 from mechanism.machine import Machine
+from mechanism.typical_load import typical_load
 
 Array = NDArray[np.float64]
 
 _HERTZ = np.arange(1.25, 30.0, 2.5)
 """frequencies that stand for the speed's error: as far apart as the equations' filter can tell them"""
+_LEAST_FORCE_STEP = 1e-3
+"""of an arm's typical load (docs/thresholds.md)"""
 _MAX_INERTIA_HZ = 30.0
 """up to which motor angles are followed, and rounding shows in the acceleration"""
 
@@ -48,6 +53,35 @@ def input_variance(s: Signals, slopes: FrictionSlopes) -> Array:
         cosines, sines = cosines + by_path[1], sines - by_path[0]
     motor = np.einsum("km,mks->ms", density, cosines**2 + sines**2)
     return np.concatenate([motor, np.einsum("nms,ms->ns", lever, motor)])
+
+
+def force_steps(data: DataSet) -> Array:
+    """In which steps forces were logged, (M,), N: zero where finer than what counts beside an arm's load, or not told."""
+    steps = measured_steps(data.log.matrix("f"))
+    if len(steps) != data.arm.M:
+        return np.zeros(data.arm.M)
+    return np.where(steps > _LEAST_FORCE_STEP * typical_load(data.arm), steps, 0.0)
+
+
+def residuals_of_rounding(s: Signals, logged_f: Array, steps: Array, rng: np.random.Generator) -> Array:
+    """Residuals, (C, S), by one draw of what rounding to `steps` (M,), N, takes from forces like the logged ones, (T, M), N."""
+    error = np.zeros_like(s.f)
+    for j in np.flatnonzero(steps):
+        error[:, j] = _rounding_error(logged_f[:, j], float(steps[j]), rng)
+    error[1:] = (error[1:] + error[:-1]) / 2  # a force counts by its mean over the row, as `signals_of` takes it
+    return residuals_of_friction(s, error)
+
+
+def _rounding_error(logged: Array, step: float, rng: np.random.Generator) -> Array:
+    """Of a course that is rounded to much the same as the logged one, (T,).
+
+    Through the middles of the stretches in which that stays; where it changes at every row, anywhere within a step of it."""
+    begin = np.flatnonzero(np.diff(logged, prepend=np.nan) != 0)
+    end = np.append(begin[1:], len(logged))
+    within = np.where(end - begin == 1, step * rng.uniform(-0.5, 0.5, len(begin)), 0.0)
+    course = np.interp(np.arange(len(logged)), (begin + end - 1) / 2, logged[begin] + within)
+    course += step * rng.uniform(-0.5, 0.5)
+    return step * np.rint(course / step) - course
 
 
 def residuals_of_inertia(s: Signals, rng: np.random.Generator) -> Array:

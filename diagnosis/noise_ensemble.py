@@ -6,6 +6,7 @@ draws; what the base model cannot say is not. That is the floor which a true mod
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,12 @@ from scipy.interpolate import make_interp_spline
 
 from diagnosis.held_at_rest import NOTHING_HELD
 from diagnosis.hypothesis import Hypothesis
-from diagnosis.input_variance import residuals_of_friction, residuals_of_inertia
+from diagnosis.input_variance import (
+    force_steps,
+    residuals_of_friction,
+    residuals_of_inertia,
+    residuals_of_rounding,
+)
 from diagnosis.linearisation import Linearisation, RecordingLinearisation, corrected_signals
 from identification.dataset.dataset import DataSet
 from identification.dataset.frames import FrameAngles, spline_through_frames
@@ -44,6 +50,11 @@ class NoiseEnsemble:
     """where every frame shows the state itself"""
     _kept: list[tuple[object, list[Signals]]] = field(default_factory=list, repr=False, compare=False)
     """a reading, and the signals by it of `noise_free` and of the draws, whatever their speeds"""
+
+    @cached_property
+    def force_steps(self) -> Array:
+        """In which steps each motor's force was logged, (M,), N."""
+        return force_steps(self.data)
 
     def signals(self, h: Hypothesis, frame_lag: float) -> list[Signals]:
         """Of `noise_free`, then of the draws, as they read with a hypothesis, the clock put right by a lag, s.
@@ -127,6 +138,9 @@ def _drawn_residuals(at: Linearisation, ensembles: Sequence[NoiseEnsemble]) -> l
         noise_free, *noisy = (residuals_of(s, forces_of_other_cables(s, first, *laws)) for s in signals)
         s = recording.signals
         steady = [d - noise_free + residuals_of_inertia(s, rng) for d in noisy]
+        if ensemble.force_steps.any():
+            logged_f, steps = ensemble.data.state.matrix("f"), ensemble.force_steps
+            steady = [d + residuals_of_rounding(s, logged_f, steps, rng) for d in steady]
         friction = [residuals_of_friction(s, error) for error in _friction_errors(recording)]
         if (shares := at.hypothesis.held) != NOTHING_HELD:
             friction = [of_motors + recording.held.residuals(shares, s, rng) for of_motors in friction]

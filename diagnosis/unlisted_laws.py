@@ -19,7 +19,7 @@ from diagnosis.free_function import MAX_FORCE_SHARE
 from diagnosis.linearisation import RecordingLinearisation
 from diagnosis.shown_by import ShownBy
 from diagnosis.worth_naming import MIN_EXPLAINED, MIN_LOSS_SHARE
-from discovery.fine_basis import FineBasis, Function
+from discovery.fine_basis import FineBasis, Function, stands_still
 from discovery.form import Constants, Form
 from discovery.found_law import FoundLaw
 from discovery.problem import Candidate, Problem
@@ -308,7 +308,10 @@ class _StageProblem(Problem):
                 seen = [v if where is None else v[:, where] for v in values]
                 basis = self._basis(variable)
                 if where is not None:  # forms are tried where this place went, in the columns of all
-                    basis = replace(basis, reach=(float(min(v.min() for v in seen)), float(max(v.max() for v in seen))))
+                    reach = (float(min(v.min() for v in seen)), float(max(v.max() for v in seen)))
+                    if stands_still(*reach):  # a force that never changes, of one motor: what it does is a constant
+                        continue
+                    basis = replace(basis, reach=reach)
                 out.append(
                     Candidate(
                         where=variable.place or ("all" if where is None else f"{place} {where + 1}"),

@@ -13,9 +13,16 @@ Function = Callable[[Array], Array]
 
 HATS = 41
 """along a variable's range: knots of smooth functions fall on some of theirs"""
+_LEAST_RANGE = 1e-9
+"""of a variable, over its size"""
 HARMONICS = 24
 """of a turn"""
 _NODES = 4 * HARMONICS
+
+
+def stands_still(low: float, high: float) -> bool:
+    """Whether a variable is one value, but for a filter's rounding."""
+    return high - low <= _LEAST_RANGE * max(abs(low), abs(high))
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +42,7 @@ class FineBasis:
             return cls(np.arange(_NODES) * 2 * np.pi / _NODES, is_turn=True)
         rows = np.concatenate(list(values))
         low, high = float(rows.min()), float(rows.max())
-        if high <= low:
+        if stands_still(low, high):
             low, high = low - 1.0, low + 1.0
         return cls(np.linspace(low, high, HATS))
 

@@ -10,8 +10,9 @@ from diagnosis.advice import BY_VARIABLE, look_for_law
 from diagnosis.cause_fit import CauseFitter
 from diagnosis.free_function import FREE_FUNCTIONS, VARIABLES, FreeFit, best_free_function
 from diagnosis.hypothesis import as_described
+from diagnosis.noise_columns import noise_columns
 from diagnosis.noise_ensemble import noise_ensemble
-from diagnosis.unlisted_laws import AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS, OF_ENCODERS
+from diagnosis.unlisted_laws import AGAINST_JOINTS, AGAINST_SEVERAL_JOINTS, OF_ENCODERS, found_laws
 from discovery.fine_basis import FineBasis
 from discovery.problem import Candidate
 from identification.dataset.dataset import DataSet
@@ -74,3 +75,14 @@ def test_functions_begin_as_constants() -> None:
     pieces = [function for function in FREE_FUNCTIONS if not function.variable.turn_harmonics]
     for function in pieces:
         np.testing.assert_allclose(function.patterns(at).sum(axis=0), 1.0)
+
+
+def test_a_force_that_never_changes_is_no_variable_of_its_motor() -> None:
+    """Forms are tried where a place went: there is none between 40 N and 40 N."""
+    data = recording(2000)
+    state = {**data.state.columns, "f3": np.full(len(data.state), 40.0)}
+    data = replace(data, state=Series(data.state.time, state))
+    fitter = CauseFitter(as_described(data.neck), [noise_ensemble(data, frame_angles(data), 0)])
+    stage = fitter.base_model()
+    laws = next(found_laws(stage, fitter.whiten, noise_columns(stage, fitter.ensembles)), ())
+    assert not any(law.candidate.where == "motor 3" and "force" in law.candidate.follows for law in laws)
