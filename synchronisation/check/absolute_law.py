@@ -32,6 +32,8 @@ _CREEP_SIGMA, _BEND_SIGMA = [3e-3] * len(CREEP_S), [3e-3] * len(BEND_WIDTHS_RAD)
 BETA_SIGMA = np.array([0.1, 0.03, 0.01, 0.003, 5e-4, 2e-4, *_CREEP_SIGMA, 3e-3, 2e-3, *_BEND_SIGMA, 1e-5])
 """prior standard deviation of beta, (P,): m for each NEWTON of force, m s for rates, m for friction, m s/rad for the viscous one
 (docs/thresholds.md)"""
+MIN_FORCE_SPREAD = 0.05
+"""of the spread of the force that changes most: one that changes less tells nothing of its cable (docs/thresholds.md)"""
 ELONGATION_SIGMA_M = 5e-5
 """m: of an elongation, while friction is estimated (docs/thresholds.md)"""
 
@@ -46,6 +48,8 @@ class AbsoluteLaw:
     """force less friction, (F, M), N"""
     friction: Array
     """sizes of friction's terms, which were taken off the force, (M, FRICTION_TERMS), N"""
+    untold: NDArray[np.bool_]
+    """cables whose force hardly changes, (M,): it does not tell how far they stretch, nor what friction takes off it"""
 
 
 def absolute_law(arm: Arm, motors: Motors, time: Array, x: Array, friction: Array | None = None) -> AbsoluteLaw:
@@ -55,6 +59,8 @@ def absolute_law(arm: Arm, motors: Motors, time: Array, x: Array, friction: Arra
     """
     signals = force_signals(arm, motors).in_unit(NEWTON)
     sizes = np.zeros((arm.M, FRICTION_TERMS)) if friction is None else friction / NEWTON
+    spread = np.std(motors.f, axis=0)
+    untold = spread < MIN_FORCE_SPREAD * spread.max()
     for _ in range(PASSES if friction is None else 0):
         X = _sampled(signals, sizes, time)
         for j in range(arm.M):
@@ -62,10 +68,10 @@ def absolute_law(arm: Arm, motors: Motors, time: Array, x: Array, friction: Arra
             # dx/dt of the lasting elongation at the mean tension
             t = float(X[:, j, TENSION].mean())
             slope = beta[TENSION] + 2 * t * beta[TENSION + 1] + 3 * t**2 * beta[TENSION + 2] + beta[CREEP].sum()
-            if slope > 0:
+            if slope > 0 and not untold[j]:
                 sizes[j] = sizes[j] - beta[FRICTION] / slope
     X = _sampled(signals, sizes, time)
-    return AbsoluteLaw(X, X[..., TENSION] * NEWTON, sizes * NEWTON)
+    return AbsoluteLaw(X, X[..., TENSION] * NEWTON, sizes * NEWTON, untold)
 
 
 def _sampled(signals: ForceSignals, friction: Array, time: Array) -> Array:

@@ -26,8 +26,9 @@ from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
 
-MAX_UNEXPLAINED_M = 2e-4
-"""m: a cable's error beyond vision's noise, RMS, above which its elongation counts as unexplained (docs/thresholds.md)"""
+MAX_UNEXPLAINED_M, MAX_UNEXPLAINED_SHARE = 2e-4, 0.1
+"""m, and share of its elongation about the mean: a cable's error beyond vision's noise, RMS, above both of which its elongation
+counts as unexplained (docs/thresholds.md)"""
 INDEPENDENT_S = 0.25
 """s between samples of an elongation's residual that count as independent (docs/thresholds.md)"""
 
@@ -134,9 +135,9 @@ def check_elongations(
         noise = np.mean(np.diagonal(observation.vision, axis1=1, axis2=2), axis=0)
         unexplained = np.sqrt(np.maximum(np.mean(fit.residuals**2, axis=0) - noise, 0.0)).tolist()
         faults = tuple(
-            unexplained_record(j, rms, MAX_UNEXPLAINED_M / 3)
-            for j, rms in enumerate(unexplained, 1)
-            if rms > MAX_UNEXPLAINED_M
+            unexplained_record(cable.cable, rms, most / 3)
+            for cable, rms in zip(cables, unexplained, strict=True)
+            if rms > (most := max(MAX_UNEXPLAINED_M, MAX_UNEXPLAINED_SHARE * cable.elongation_rms))
         )
     return Check(cables, faults, baseline is not None)
 

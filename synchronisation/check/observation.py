@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 MIN_FRAMES = 30
 """frames with all angles, as for the clock: a second, and more than the law has unknowns (docs/thresholds.md)"""
 
+UNTOLD_M = 0.1
+"""m: standard deviation of the elongation of a cable whose force does not tell it (docs/thresholds.md)"""
 MIN_TURNING_FRAMES = 150
 """frames in which no motor is held, five seconds of them: with fewer none is left out (docs/thresholds.md)"""
 
@@ -57,9 +59,12 @@ class ElongationObservation:
 
     @property
     def vision(self) -> Array:
-        """Covariance of x by vision's noise, (F, M, M), m^2: cables share the angles' errors."""
+        """Covariance of x by vision's noise, (F, M, M), m^2: cables share the angles' errors.
+
+        What a force that hardly changes does not tell of its cable is as good as unknown besides."""
         levers = Z(self.arm, self.alpha)
-        return np.einsum("tij,ti,tik->tjk", levers, self.variance, levers)
+        unknown = np.diag(np.where(self.law.untold, UNTOLD_M, 0.0) ** 2)
+        return np.einsum("tij,ti,tik->tjk", levers, self.variance, levers) + unknown
 
     def elongation(self, arm: Arm | None = None, alpha: Array | None = None) -> Array:
         """(41) with the dimensions of another arm, or at other angles than the adjusted ones, (F, M), m."""
