@@ -5,6 +5,7 @@ Nothing is corrected in silence: the exchange is named, so that the file that st
 
 from collections.abc import Iterator
 from itertools import permutations, product
+from typing import Never
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from synchronisation.clocks.coarse_alignment import (
 from synchronisation.clocks.frame_geometry import cable_winding
 from synchronisation.swapped_order import order_words
 from xneck_foundation.errors import Refused
+from xneck_foundation.one_line import listed
 
 Array = NDArray[np.float64]
 
@@ -71,6 +73,8 @@ def check_labels(
         forces = " (f too, where motors are exchanged and not theta alone)" if reorders else ""
         raise Refused("sync", f"log and video do not fit: {words}", f"correct that{forces}, and synchronise again")
     _check_cables(alignment, moving)
+    if alignment.correlation >= MIN_CORRELATION:
+        _refuse_loose_cables(alignment, moving)
     what = f"log and video do not show the same motion (best correlation of cable speeds {alignment.correlation:.2f})"
     remedy = "are they of the same recording, and do they overlap?"
     if alignment.correlation > FAINT_CORRELATION:
@@ -79,6 +83,20 @@ def check_labels(
         )
         remedy += " If so, cables stretch as far as they wind, or R and rd are not the motors': record a larger motion"
     raise Refused("sync", what, remedy)
+
+
+def _refuse_loose_cables(alignment: CoarseAlignment, moving: NDArray[np.bool_]) -> Never:
+    """Where log and video show one motion, and several cables follow it half: which, and what may be."""
+    correlation = alignment.cable_correlation
+    loose = np.flatnonzero(moving & (correlation < MIN_CABLE_CORRELATION))
+    many = len(loose) > 1
+    raise Refused(
+        "sync",
+        f"{listed([f'cable {j + 1}' for j in loose])} hardly {'follow their motors' if many else 'follows its motor'} (correlation "
+        f"{correlation[loose].min():.2f}, of all together {alignment.correlation:.2f})",
+        f"{'do they' if many else 'does it'} stretch as far as {'they wind' if many else 'it winds'}? record a larger motion; or check "
+        f"{'their routes' if many else 'its route'}, R and rd in neck.yaml",
+    )
 
 
 def _check_cables(alignment: CoarseAlignment, moving: NDArray[np.bool_]) -> None:
@@ -96,7 +114,8 @@ def _check_cables(alignment: CoarseAlignment, moving: NDArray[np.bool_]) -> None
             "sync",
             f"cable {j + 1} contradicts all others: it does not follow its motor at the time that they agree on "
             f"(correlation {correlation[j]:.2f}, theirs {np.median(correlation[others]):.2f}{later})",
-            f"check theta{j + 1} in the log (is it f{j + 1}?), its theta_sign and its route in neck.yaml",
+            f"check theta{j + 1} in the log (is it f{j + 1}?), its theta_sign and its route in neck.yaml; "
+            "or, where it stretches as far as it winds, record a larger motion",
         )
 
 
