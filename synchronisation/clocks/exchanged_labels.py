@@ -89,13 +89,12 @@ def _refuse_loose_cables(alignment: CoarseAlignment, moving: NDArray[np.bool_]) 
     """Where log and video show one motion, and several cables follow it half: which, and what may be."""
     correlation = alignment.cable_correlation
     loose = np.flatnonzero(moving & (correlation < MIN_CABLE_CORRELATION))
-    many = len(loose) > 1
+    least, of_all = correlation[loose].min(), alignment.correlation
+    what = f"hardly {'follow their motors' if len(loose) > 1 else 'follows its motor'}"
     raise Refused(
         "sync",
-        f"{listed([f'cable {j + 1}' for j in loose])} hardly {'follow their motors' if many else 'follows its motor'} (correlation "
-        f"{correlation[loose].min():.2f}, of all together {alignment.correlation:.2f})",
-        f"{'do they' if many else 'does it'} stretch as far as {'they wind' if many else 'it winds'}? record a larger motion; or check "
-        f"{'their routes' if many else 'its route'}, R and rd in neck.yaml",
+        f"{listed([f'cable {j + 1}' for j in loose])} {what} (correlation {least:.2f}, of all together {of_all:.2f})",
+        "a cable that stretches as far as it winds needs a larger motion; else check its route, R and rd in neck.yaml",
     )
 
 
