@@ -20,9 +20,9 @@ def counts_warnings(neck: Neck, log: Series) -> tuple[str, ...]:
         f" (as {counted(len(other), 'motor')} do)" if len(other) > 1 else ""
     )
     if abs(per_turn - round(per_turn)) < SAME_STEP:
-        remedy = (
-            f"{round(per_turn)} to a turn, where neck.yaml has counts: {neck.motors[j].counts}: write the former there"
-        )
+        which = f"{round(per_turn)} to a turn, where neck.yaml has counts: {neck.motors[j].counts}"
+        do = f"write counts: {round(per_turn)} there"
     else:
-        remedy = f"{steps[j] / described[j]:.3g} counts of neck.yaml: does the log round its angles?"
-    return (f"{begin}, {remedy}. The noise of these angles is taken from the log's steps",)
+        which = f"{steps[j] / described[j]:.3g} counts of neck.yaml"
+        do = "does the log round its angles, or is theta_scale or counts off?"
+    return (f"{begin}, {which}; its noise is taken to be of these: {do}",)

@@ -75,7 +75,9 @@ WRONG_VALUES: tuple[WrongLog, ...] = (
         "refused",
         r"log: theta2 would move its cable 0\.3\d* times as far",
     ),
-    WrongLog("theta", "of motor 1 10 % too large", scaled("theta", 1.1, 1), "accepted", "drum_radius"),
+    WrongLog(
+        "theta", "of motor 1 10 % too large", scaled("theta", 1.1, 1), "warned", "1.1 counts.*theta_scale.*drum_radius"
+    ),
     WrongLog(
         "theta",
         "in rad, and theta_scale says degrees",

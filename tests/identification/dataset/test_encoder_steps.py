@@ -92,9 +92,13 @@ def test_a_description_of_lines_is_named() -> None:
     assert counts_warnings(described(8192), quarter) == ()
     (words,) = counts_warnings(described(2048), quarter)
     assert "theta1 moves in steps of 0.000767 rad (as 4 motors do)" in words
-    assert "8192 to a turn, where neck.yaml has counts: 2048" in words
+    assert "8192 to a turn, where neck.yaml has counts: 2048; its noise" in words
+    assert words.endswith(": write counts: 8192 there")
     one = NECK.with_({"motors[2].counts": 1000})
     (words,) = counts_warnings(one, log_of(COUNT * np.floor(theta / COUNT)))
     assert "theta3 moves in steps of 0.003068 rad, 2048 to a turn, where neck.yaml has counts: 1000" in words
     (words,) = counts_warnings(described(2048), log_of(np.round(theta, 1)))
-    assert "steps of 0.1 rad (as 4 motors do), 32.6 counts of neck.yaml: does the log round" in words
+    assert (
+        "steps of 0.1 rad (as 4 motors do), 32.6 counts of neck.yaml; its noise is taken to be of these: does the log round"
+        in words
+    )
