@@ -1,12 +1,11 @@
 """Joints told by motors alone where something is wrong with the arm: by the model that `diagnose` extended, and by the base model.
 
 Each effect of the catalogue is hidden once, on arms off their drawing that are recorded three times for a minute. The first
-recording is diagnosed with the second held out, and identified without a diagnosis; of the third the
-observer is given the log.
+recording is diagnosed with the second held out, and identified without a diagnosis; of the third the observer is given the log.
 """
 
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from benchmarks.ladder import CATALOGUE, drawing_rng
 from benchmarks.observer import (
@@ -46,45 +45,42 @@ MAX_TRUE_NEES = 2.0
 """per dimension, up to which sigma says how far the angles are off"""
 
 
+@dataclass(frozen=True)
+class Told:
+    """What one model made of the third recording of an arm."""
+
+    judged: Judged | None
+    """None where the arm was refused"""
+    words: str
+    says_so: bool
+    """whether it is within the limit, or refused, or sigma or health says that it is not"""
+
+
 def measure(names: Iterable[str] = tuple(CATALOGUE)) -> Table:
     """Shares of arms within limits by either model, errors, NEES, and what health says."""
     names = list(names)
     seeds = range(FIRST, FIRST + len(names))
-    hidden = []
-    for name, seed in zip(names, seeds, strict=True):
-        drawing = drawn(THRICE, seed)
-        hidden.append([CATALOGUE[name](drawing, drawing_rng(drawing))])
-    extended: list[Judged] = []
-    base: list[Judged] = []
-    refused: dict[str, list[str]] = {"extended": [], "base": []}
-    lines, said = [], 0
-    for name, arm in zip(names, make_arms(list(seeds), THRICE, hidden), strict=True):
-        words = []
-        neck = description(arm)
-        first, second = (data_set(neck, recording) for recording in arm.recordings[:2])
-        for kind, runs in (("extended", extended), ("base", base)):
-            try:
-                told = _diagnosed(first, second) if kind == "extended" else (neck, identified(first))
-                judged, health = _observed(arm, *told)
-            except Refused as reason:
-                refused[kind].append(f"{name} ({reason})")
-                words.append(f"{kind} refused")
-                said += kind == "base"
-                continue
-            runs.append(judged)
-            words.append(f"{kind} {judged.angle.max():.3f} deg, NEES {judged.nees:.2g}, {health}")
-            said += kind == "base" and (
-                judged.angle.max() <= LIMIT_DEG or judged.nees <= MAX_TRUE_NEES or health != "as identified"
-            )
-        lines.append(f"{name}: {'; '.join(words)}.")
-    return _table(extended, base, refused, said, lines)
+    drawings = [drawn(THRICE, seed) for seed in seeds]
+    hidden = [[CATALOGUE[name](d, drawing_rng(d))] for name, d in zip(names, drawings, strict=True)]
+    arms = make_arms(list(seeds), THRICE, hidden)
+    return _table(
+        {name: [_told(arm, extended) for extended in (True, False)] for name, arm in zip(names, arms, strict=True)}
+    )
 
 
-def _observed(arm: Arm, neck: Neck, model: Model) -> tuple[Judged, str]:
-    """The third recording by a model, and the word of health."""
-    recording = arm.recordings[2]
-    seen = observe_log(neck, model, log_of(recording))
-    return judge(seen.series, truth_of(recording)), verdict(seen.health)
+def _told(arm: Arm, extended: bool) -> Told:
+    """By the model that the first recordings give, extended by a diagnosis or not."""
+    neck, third = description(arm), arm.recordings[2]
+    try:
+        first = data_set(neck, arm.recordings[0])
+        neck, model = _diagnosed(first, data_set(neck, arm.recordings[1])) if extended else (neck, identified(first))
+        seen = observe_log(neck, model, log_of(third))
+    except Refused as refused:
+        return Told(None, f"refused ({refused})", says_so=True)
+    judged, health = judge(seen.series, truth_of(third)), verdict(seen.health)
+    worst = float(judged.angle.max())
+    says_so = worst <= LIMIT_DEG or judged.nees <= MAX_TRUE_NEES or health != "as identified"
+    return Told(judged, f"{worst:.3f} deg, NEES {judged.nees:.2g}, {health}", says_so)
 
 
 def _diagnosed(first: DataSet, second: DataSet) -> tuple[Neck, Model]:
@@ -94,29 +90,28 @@ def _diagnosed(first: DataSet, second: DataSet) -> tuple[Neck, Model]:
     return neck, calibrated_model(extended_model(stage, {}), [first], neck).model
 
 
-def _table(
-    extended: list[Judged], base: list[Judged], refused: dict[str, list[str]], said: int, lines: list[str]
-) -> Table:
-    rows = tuple(
-        (f"{kind} model", judged_row(runs, len(refused[kind])))
-        for kind, runs in (("extended", extended), ("base", base))
-        if runs
-    )
-    count = len(lines)
-    within = [sum(run.angle.max() <= WITHIN * limit for run in extended) for limit in (LIMIT_DEG, LIMIT_95_DEG)]
+def _table(told: Mapping[str, Sequence[Told]]) -> Table:
+    """told: by effect, by the extended model and by the base model."""
+    count = len(told)
+    kinds = dict(zip(("extended", "base"), zip(*told.values(), strict=True), strict=True))
+    runs = {kind: [one.judged for one in each if one.judged] for kind, each in kinds.items()}
+    rows = {f"{kind} model": judged_row(each, count - len(each)) for kind, each in runs.items() if each}
+    within = [sum(run.angle.max() <= WITHIN * limit for run in runs["extended"]) for limit in (LIMIT_DEG, LIMIT_95_DEG)]
     notes = (
         f"By the extended model {within[0]} of {count} within {WITHIN * LIMIT_DEG:.2f} deg, {within[1]} within "
         f"{WITHIN * LIMIT_95_DEG:.3f}.",
-        f"By the base model {said} of {count} are within {LIMIT_DEG} deg, or refused, or sigma or health says that they are not.",
-        *lines,
+        f"By the base model {sum(one.says_so for one in kinds['base'])} of {count} are within {LIMIT_DEG} deg, or refused, or "
+        "sigma or health says that they are not.",
+        *(f"{name}: extended {one.words}; base {other.words}." for name, (one, other) in told.items()),
     )
-    figures = dict(rows)
+    medians = {kind: rows[f"{kind} model"][0] if each else None for kind, each in runs.items()}
     claims = (
         Claim(
             "worst joint's rms with an effect, median of arms, deg",
             f"{count} arms off their drawing, held out",
-            figures["extended model"][0] if extended else None,
-            ("the base model", figures["base model"][0] if base else None),
+            medians["extended"],
+            ("the base model", medians["base"]),
         ),
     )
-    return Table(f"Joints by motors alone, an effect hidden in each of {count} arms", COLUMNS, rows, claims, notes)
+    title = f"Joints by motors alone, an effect hidden in each of {count} arms"
+    return Table(title, COLUMNS, tuple(rows.items()), claims, notes)

@@ -45,9 +45,9 @@ MOTORS_STICK = (
     "motors stick: dry friction holds them at rest by anything up to its greatest, and what is left there counts little"
 )
 _HELD_OUT_SEED = 100
-_MAX_WARNINGS = 3
-"""of a clock, that are repeated"""
 """added to the random seed of recordings that are not fitted"""
+_MAX_WARNINGS = 3
+"""of `sync`, that are repeated"""
 
 
 @dataclass(frozen=True)

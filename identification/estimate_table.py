@@ -8,6 +8,8 @@ from identification.recorded_check import inconsistency
 from xneck_foundation.one_line import indexed
 from xneck_foundation.unit_text import printed_unit
 
+LED_ASTRAY = "instruments lead astray here: numbers are by least squares, which vision's noise may bias"
+
 
 def as_text(estimates: Estimates) -> str:
     """A parameter a row, with its sigma, or why it is not identified and what motion would identify it."""
@@ -27,15 +29,17 @@ def as_text(estimates: Estimates) -> str:
         lines.append(f"{label:{width}}{printed_unit(p.unit):9}{p.value:>12.5g} +- {sigma:8}{words}".rstrip())
     motor, arm = estimates.rms()
     lines.append(f"left of the motor equations {_listed(motor)} N, of the arm's {_listed(arm)} N m (rms)")
-    _, probability = durbin_wu_hausman(estimates.solution)
-    if estimates.solution.is_least_squares:
-        lines.append("instruments lead astray here: numbers are by least squares, which vision's noise may bias")
-        return "\n".join(lines)
-    lines.append(
-        f"Durbin-Wu-Hausman: p = {probability:.2g}, least squares "
-        + ("would be biased by vision's noise" if probability < MIN_UNBIASED_PROBABILITY else "would do as well")
-    )
+    lines.append(_of_instruments(estimates))
     return "\n".join(lines)
+
+
+def _of_instruments(estimates: Estimates) -> str:
+    """What least squares alone would have done, or that it had to."""
+    if estimates.solution.is_least_squares:
+        return LED_ASTRAY
+    _, probability = durbin_wu_hausman(estimates.solution)
+    biased = "would be biased by vision's noise" if probability < MIN_UNBIASED_PROBABILITY else "would do as well"
+    return f"Durbin-Wu-Hausman: p = {probability:.2g}, least squares {biased}"
 
 
 def _listed(values: np.ndarray) -> str:

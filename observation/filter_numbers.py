@@ -179,7 +179,7 @@ def _check_counts(pose: PoseModel, neck: Neck) -> None:
     left = pose.residual
     told = [v for v in (left.slope, left.rate_rad_s, left.lasting_rad) if v]
     of_joints = (left.angle_rad, left.low_alpha, left.high_alpha, *told)
-    of_motors = (left.motor_N, *([left.count_rad] if left.count_rad else []))
+    of_motors = (left.motor_N, left.count_rad or left.motor_N)
     if {len(v) for v in of_joints} != {neck.N} or {len(v) for v in of_motors} != {neck.M}:
         raise Refused("model", f"pose: it is of another arm than one with {neck.N} joints and {neck.M} motors")
 

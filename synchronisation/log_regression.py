@@ -15,7 +15,7 @@ from identification.dataset.series import Series, clear_of_gaps
 from identification.filters import low_pass
 from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
-from mechanism.dynamics import terms
+from mechanism.dynamics import gravity_and_springs, terms
 from synchronisation.clocks.coarse_alignment import (
     CableSpeeds,
     align_stretched,
@@ -152,15 +152,24 @@ def _columns_of_winding(motion: LoggedMotion, cable: int) -> list[Array]:
 
 def force_factors(arm: Arm, motion: LoggedMotion) -> Factors:
     """How hard each motor's force pulls per newton that is logged, (M,), by what the described arm needs to move as it does."""
-    jacobian = Z(arm, motion.alpha)
-    dynamics = terms(arm, motion.alpha, motion.alpha_d)
-    needed = np.einsum("tij,tj->ti", dynamics.M, motion.alpha_dd) + dynamics.c + dynamics.g
-    needed += np.einsum("tij,tj->ti", jacobian, arm.motor_inertia / arm.drum * motion.acceleration)
+    jacobian, needed = Z(arm, motion.alpha), _needed_torque(arm, motion)
     of_motors = [jacobian * signal[:, None, :] for signal in (motion.force, motion.dry_friction, motion.speed)]
-    constant = np.broadcast_to(np.eye(arm.N), (len(motion.time), arm.N, arm.N))
-    columns = np.concatenate([*of_motors, constant], axis=-1).reshape(-1, 3 * arm.M + arm.N)
+    columns = np.concatenate([*of_motors, _constants(arm, motion)], axis=-1).reshape(-1, 3 * arm.M + arm.N)
     value, sigma, explained, left = _least_squares(columns, needed.ravel(), np.repeat(motion.time, arm.N))
     return Factors(value[: arm.M], sigma[: arm.M], explained, left)
+
+
+def _needed_torque(arm: Arm, motion: LoggedMotion) -> Array:
+    """What cables must do for the described arm to move as it does, its motors' inertia included, (K, N), N m."""
+    dynamics = terms(arm, motion.alpha, motion.alpha_d)
+    of_motors = arm.motor_inertia / arm.drum * motion.acceleration
+    needed = np.einsum("tij,tj->ti", dynamics.M, motion.alpha_dd) + dynamics.c + dynamics.g
+    return needed + np.einsum("tij,tj->ti", Z(arm, motion.alpha), of_motors)
+
+
+def _constants(arm: Arm, motion: LoggedMotion) -> Array:
+    """A constant torque of each joint, (K, N, N)."""
+    return np.broadcast_to(np.eye(arm.N), (len(motion.time), arm.N, arm.N))
 
 
 @dataclass(frozen=True)
@@ -179,17 +188,15 @@ class GravityFit:
 def fitted_gravity(arm: Arm, motion: LoggedMotion) -> GravityFit:
     """With the forces' unit, the motors' friction and a constant torque of each joint left open."""
     weightless = replace(arm, gravity=np.zeros(2))
-    dynamics = terms(weightless, motion.alpha, motion.alpha_d)
-    jacobian = Z(arm, motion.alpha)
-    needed = np.einsum("tij,tj->ti", dynamics.M, motion.alpha_dd) + dynamics.c + dynamics.g
-    needed += np.einsum("tij,tj->ti", jacobian, arm.motor_inertia / arm.drum * motion.acceleration)
-    pulled = np.einsum("tij,tj->ti", jacobian, motion.force)
+    jacobian, needed = Z(arm, motion.alpha), _needed_torque(weightless, motion)
+    of_springs = gravity_and_springs(weightless, motion.alpha)
     by_gravity = np.stack(
-        [terms(replace(arm, gravity=axis), motion.alpha, motion.alpha_d).g - dynamics.g for axis in np.eye(2)], axis=-1
+        [gravity_and_springs(replace(arm, gravity=axis), motion.alpha) - of_springs for axis in np.eye(2)], axis=-1
     )
+    pulled = np.einsum("tij,tj->ti", jacobian, motion.force)[..., None]
     friction = [jacobian * signal[:, None, :] for signal in (motion.dry_friction, motion.speed)]
-    constant = np.broadcast_to(np.eye(arm.N), (len(motion.time), arm.N, arm.N))
-    open_numbers = np.concatenate([pulled[..., None], *friction, constant], axis=-1).reshape(-1, 1 + 2 * arm.M + arm.N)
+    open_numbers = np.concatenate([pulled, *friction, _constants(arm, motion)], axis=-1)
+    open_numbers = open_numbers.reshape(-1, open_numbers.shape[-1])
     time = np.repeat(motion.time, arm.N)
     columns = np.concatenate([by_gravity.reshape(-1, 2), open_numbers], axis=-1)
     value, sigma, _, left = _least_squares(columns, needed.ravel(), time)

@@ -86,7 +86,7 @@ def check_labels(
 
 
 def _refuse_loose_cables(alignment: CoarseAlignment, moving: NDArray[np.bool_]) -> Never:
-    """Where log and video show one motion, and several cables follow it half: which, and what may be."""
+    """Where log and video show one motion, and not all cables follow it: which, and what may be."""
     correlation = alignment.cable_correlation
     loose = np.flatnonzero(moving & (correlation < MIN_CABLE_CORRELATION))
     least, of_all = correlation[loose].min(), alignment.correlation

@@ -30,10 +30,13 @@ def recorded(gravity: tuple[float, float], seed: int = 3) -> tuple[Neck, Prescri
     return described, prescribe(World(neck), 20.0, seed)
 
 
+def log_of(p: Prescribed) -> Series:
+    return Series(p.log_time, numbered_columns("theta", p.counted) | numbered_columns("f", p.f))
+
+
 def warnings_of(described: Neck, p: Prescribed) -> tuple[str, ...]:
     angles = Angles(p.frame_times, p.frame_alpha, np.full_like(p.frame_alpha, NOISE_RAD))
-    log = Series(p.log_time, numbered_columns("theta", p.counted) | numbered_columns("f", p.f))
-    return check_log_meaning(described, arm_of(described), angles, log)
+    return check_log_meaning(described, arm_of(described), angles, log_of(p))
 
 
 @pytest.mark.parametrize("gravity", [HANGING, (0.0, 0.0), (9.81, 0.0), (6.9, -6.9)])
@@ -41,8 +44,7 @@ def test_gravity_as_described_is_not_doubted(gravity: tuple[float, float]) -> No
     described, p = recorded(gravity)
     assert warnings_of(described, p) == ()
     arm = arm_of(described)
-    log = Series(p.log_time, numbered_columns("theta", p.counted) | numbered_columns("f", p.f))
-    motion = logged_motion(arm, p.frame_times, p.frame_alpha, log)
+    motion = logged_motion(arm, p.frame_times, p.frame_alpha, log_of(p))
     assert motion is not None
     fit = fitted_gravity(arm, motion)
     assert np.all(np.abs(fit.gravity - gravity) < 4 * fit.sigma + 0.3)  # a rough filter's own error besides
@@ -69,9 +71,8 @@ def test_another_gravity_is_named_and_nothing_else_is_doubted(
 def test_loads_masses_and_a_base_that_leans_are_no_other_gravity() -> None:
     """Nor is what they are described as, where it is more than there is."""
     described, p = recorded(HANGING)
-    log = Series(p.log_time, numbered_columns("theta", p.counted) | numbered_columns("f", p.f))
     arm = arm_of(described)
-    motion = logged_motion(arm, p.frame_times, p.frame_alpha, log)
+    motion = logged_motion(arm, p.frame_times, p.frame_alpha, log_of(p))
     assert motion is not None
     leaning = 9.81 * np.array([np.sin(0.2), -np.cos(0.2)])
     for other in (

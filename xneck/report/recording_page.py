@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from identification.estimate_table import LED_ASTRAY
 from identification.fasquelle.method import MAX_RELATIVE_SIGMA_PERCENT
 from identification.fasquelle.reconstruction import Reconstruction, reconstruct
 from identification.identifiability import durbin_wu_hausman
@@ -87,6 +88,7 @@ def recording_html(
             cables,
         ),
         mean_errors=[(m, fasquelle.mean_error(m)) for m in ELASTIC_MODELS],
+        led_astray=LED_ASTRAY if result.estimates.solution.is_least_squares else None,
         hausman=hausman,
         least_squares_biased=hausman < SIGNIFICANCE,
         published=fasquelle_published,

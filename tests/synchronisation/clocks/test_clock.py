@@ -23,8 +23,6 @@ from synchronisation.angles import Angles, read_angles
 from synchronisation.clocks.cable_equation import CableEquation, CableTerms
 from synchronisation.clocks.clock import fit_clock
 from synchronisation.clocks.clock_estimate import ClockEstimate
-from synchronisation.clocks.coarse_alignment import CoarseAlignment
-from synchronisation.clocks.exchanged_labels import _refuse_loose_cables
 from synchronisation.clocks.frame_geometry import frame_geometry
 from synchronisation.clocks.gauss_newton_fit import ClockProblem, fit_cables
 from synchronisation.clocks.signals import log_signals_of
@@ -297,24 +295,6 @@ def test_a_cable_that_is_late_is_named(log: Series) -> None:
     late = Series(log.time, {**log.columns, "theta2": np.roll(log.columns["theta2"], 500)})
     with pytest.raises(Refused, match=r"cable 2 contradicts all others.*\+(0.9|1.0)"):
         fit_clock(ARM, noisy_angles(0), late)
-
-
-@pytest.mark.parametrize(
-    ("each", "words"),
-    [
-        (
-            [0.97, 0.52, 0.79],
-            r"cable 2 hardly follows its motor \(correlation 0.52, of all together 0.94\); a cable that stretches",
-        ),
-        ([0.55, 0.52, 0.97], r"cable 1, cable 2 hardly follow their motors \(correlation 0.52, of all"),
-    ],
-)
-def test_cables_that_follow_half_are_named_and_the_motion_is_not_doubted(each: list[float], words: str) -> None:
-    """Soft cables in a small motion: log and video are of one recording, by what all of them do together."""
-    cables = np.array(each)
-    alignment = CoarseAlignment(0.0, 0.94, 0.3, cables, cables, np.zeros(3), (0.0, 20.0))
-    with pytest.raises(Refused, match=words):
-        _refuse_loose_cables(alignment, np.ones(3, dtype=bool))
 
 
 def test_an_arm_that_is_mirrored_or_renumbered_as_a_whole_is_refused_not_corrected() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from mechanism.arm import arm_of
 from synchronisation.clocks.coarse_alignment import CoarseAlignment, cable_speeds
-from synchronisation.clocks.exchanged_labels import ALL_AGAINST, check_labels, exchange_words
+from synchronisation.clocks.exchanged_labels import ALL_AGAINST, _refuse_loose_cables, check_labels, exchange_words
 from synchronisation.clocks.frame_geometry import cable_winding
 from tests.mechanism.test_neck_template import described
 from xneck_foundation.errors import Refused
@@ -53,3 +53,21 @@ def test_cables_that_mirror_each_other_are_not_called_swapped_where_all_run_the_
     alignment = CoarseAlignment(0.0, -1.0, 0.0, wrong, wrong, np.zeros(6), (0.0, 24.0))
     with pytest.raises(Refused, match=words):
         check_labels(arm, time, alpha, video, log, alignment)
+
+
+@pytest.mark.parametrize(
+    ("each", "words"),
+    [
+        (
+            [0.97, 0.52, 0.79],
+            r"cable 2 hardly follows its motor \(correlation 0.52, of all together 0.94\); a cable that stretches",
+        ),
+        ([0.55, 0.52, 0.97], r"cable 1, cable 2 hardly follow their motors \(correlation 0.52, of all"),
+    ],
+)
+def test_cables_that_follow_half_are_named_and_the_motion_is_not_doubted(each: list[float], words: str) -> None:
+    """Soft cables in a small motion: log and video are of one recording, by what all of them do together."""
+    cables = np.array(each)
+    alignment = CoarseAlignment(0.0, 0.94, 0.3, cables, cables, np.zeros(3), (0.0, 20.0))
+    with pytest.raises(Refused, match=words):
+        _refuse_loose_cables(alignment, np.ones(3, dtype=bool))
