@@ -9,7 +9,7 @@ import numpy as np
 from mechanism.arm import Array
 from mechanism.path_memory import PathSteps
 
-BEND_WIDTHS_RAD = (0.01, 0.04, 0.16)
+BEND_WIDTHS_RAD = (0.01, 0.025, 0.06, 0.16)
 """rad of the motor: sums of bends over these come near any that motors have (docs/thresholds.md)"""
 
 

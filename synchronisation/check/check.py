@@ -16,6 +16,7 @@ from mechanism.arm import Arm
 from mechanism.cable_lengths import Z
 from mechanism.tolerance import Tolerance
 from state_estimation.motors import motors_in
+from synchronisation.check.absolute_law import CableForces
 from synchronisation.check.exchanges import find_exchange
 from synchronisation.check.explained_elongation import explain
 from synchronisation.check.fault_search import law_prior_of, name_faults
@@ -60,8 +61,8 @@ class Baseline:
 
     law: LawPrior
     """its cables' law of elongation"""
-    friction: Array
-    """of its motors, (M, FRICTION_TERMS), N"""
+    forces: CableForces
+    """friction of its motors, and lags of its cables"""
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,7 @@ def check_elongations(
 
     clock_sigma: of the offset between both, s. tolerance: of the arm's drawing, a workshop's where it is not said.
     """
-    observation = observe(arm, frames, motors_in(state), clock_sigma, baseline and baseline.friction, tolerance)
+    observation = observe(arm, frames, motors_in(state), clock_sigma, baseline and baseline.forces, tolerance)
     cables = _cable_checks(arm, state)
     exchange = find_exchange(observation)
     if exchange is not None:
@@ -156,7 +157,7 @@ def baseline_of(
     named, fit = name_faults(observation)
     if exchange or named:
         raise not_healthy(where, exchange_record(exchange) if exchange else fault_record(named[0]))
-    return Baseline(law_prior_of(observation, fit), observation.law.friction)
+    return Baseline(law_prior_of(observation, fit), observation.law.forces)
 
 
 def not_healthy(where: str, fault: dict[str, Any]) -> Refused:

@@ -15,7 +15,7 @@ from mechanism.tolerance import Tolerance
 from state_estimation.elongation_law import left_by
 from state_estimation.elongation_regressors import VISCOUS
 from state_estimation.motors import Motors
-from synchronisation.check.absolute_law import AbsoluteLaw, absolute_law
+from synchronisation.check.absolute_law import AbsoluteLaw, CableForces, absolute_law
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
@@ -78,10 +78,10 @@ def observe(
     frames: FrameAngles,
     motors: Motors,
     clock_sigma: float = 0.0,
-    friction: Array | None = None,
+    forces: CableForces | None = None,
     tolerance: Tolerance | None = None,
 ) -> ElongationObservation:
-    """The observation of frames within the motors' time; friction (M, FRICTION_TERMS), N, where a baseline gives it.
+    """The observation of frames within the motors' time; forces: where a baseline gives them.
 
     tolerance: a workshop's where it is not said.
 
@@ -95,12 +95,12 @@ def observe(
     time, alpha = frames.time[complete], frames.alpha[complete]
     theta = interpolated(time, motors.time, motors.theta)
     x = elongation(arm, alpha, theta)
-    law = absolute_law(arm, motors, time, x, friction)
+    law = absolute_law(arm, motors, time, x, forces)
     turning = _where_motors_turn(law, motors, time, x)
     if not turning.all():
         complete[complete] = turning
         time, alpha, theta, x = time[turning], alpha[turning], theta[turning], x[turning]
-        law = absolute_law(arm, motors, time, x, friction)
+        law = absolute_law(arm, motors, time, x, forces)
     return ElongationObservation(
         arm=arm,
         time=time,

@@ -29,7 +29,7 @@ def test_nothing_is_named_of_a_cable_whose_force_never_changes(data: DataSet) ->
     told, untold = (observe(arm, frames, motors_in(d.state)) for d in (data, constant))
     np.testing.assert_array_equal(told.law.untold, [False] * 4)
     np.testing.assert_array_equal(untold.law.untold, [False, False, True, False])
-    assert not untold.law.friction[2].any()
+    assert not untold.law.forces.friction[2].any()
     added = untold.vision - told.vision
     np.testing.assert_allclose(added, np.diag([0, 0, UNTOLD_M**2, 0]) + 0 * added, atol=1e-9)
     assert check_elongations(arm, data.state, frames).faults == ()
