@@ -4,7 +4,6 @@ The AprilTag library's own pictures are upside down against those by which OpenC
 also have been stuck on sideways. The arm shows it: angles that are wrong by quarter turns put the next bars where they are not.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -15,9 +14,11 @@ from calibration.camera import Camera
 from mechanism.arm import arm_of
 from mechanism.description import Neck, markers_of
 from mechanism.printed_markers import Markers
-from vision.linkage.initial_guess import initial_angles, initial_poses, select_frames
+from vision.linkage.initial_guess import select_frames
 from vision.linkage.observed_corners import Floats, normalise_corners
-from vision.linkage.scene import Scene, image_to_plane, nominal_parameters
+from vision.linkage.scene import Scene
+from vision.marker_places import beside_places
+from vision.marker_size import refuse_other_marker_size
 from xneck_foundation.errors import Refused
 
 Array = NDArray[np.float64]
@@ -68,30 +69,31 @@ class TurnedPrints:
 def turned_prints(neck: Neck, camera: Camera, corners: Array, where: str) -> TurnedPrints:
     """Of corners (F, markers, 4, 2), px, NaN where not found. None is turned where that would not explain far more.
 
-    Raises Refused where no frame shows the base bar, and where two markers lie in each other's place."""
+    Raises Refused where no frame shows the base bar, where two markers lie in each other's place, or all are of another size."""
     markers = markers_of(neck, where)
     scene = Scene(arm_of(neck), markers, False)
     few = select_frames(markers, ~np.isnan(corners[:, :, 0, 0]), _FRAMES, where)
     image = normalise_corners(camera, corners[few])
     as_described = (0,) * len(markers.on_bars)
-    beside = _beside(scene, image, as_described, where)
+    beside = beside_places(scene, image, as_described, where)
     near = MIN_BESIDE * float(np.mean(scene.arm.L))
-    if beside < near:
-        return TurnedPrints(as_described)
-    left, found = min(_best_turns(scene, image, quarter, where) for quarter in range(4))
-    if left < min(near, MAX_SHARE * beside):
-        return TurnedPrints(found)
-    _refuse_exchanged(scene, image, beside, where)
+    if beside >= near:
+        left, found = min(_best_turns(scene, image, quarter, where) for quarter in range(4))
+        if left < min(near, MAX_SHARE * beside):
+            return TurnedPrints(found)
+    refuse_other_marker_size(scene, image, beside, where)
+    if beside >= near:
+        _refuse_exchanged(scene, image, beside, where)
     return TurnedPrints(as_described)
 
 
 def _best_turns(scene: Scene, image: Complex, quarter: int, where: str) -> tuple[float, tuple[int, ...]]:
     """From all markers turned alike on, one turned otherwise at a time: how far they lie beside their places, and the turns."""
     found = (quarter,) * len(scene.markers.on_bars)
-    left = _beside(scene, image, found, where)
+    left = beside_places(scene, image, found, where)
     while True:
         tried = [(*found[:k], q, *found[k + 1 :]) for k in range(len(found)) for q in range(4) if q != found[k]]
-        best, turns = min((_beside(scene, image, q, where), q) for q in tried)
+        best, turns = min((beside_places(scene, image, q, where), q) for q in tried)
         if best >= left:
             return left, found
         left, found = best, turns
@@ -103,7 +105,7 @@ def _refuse_exchanged(scene: Scene, image: Complex, beside: float, where: str) -
     for (i, one), (j, other) in combinations(enumerate(on_bars), 2):
         order = list(range(len(on_bars)))
         order[i], order[j] = j, i
-        left = min(_beside(scene, image[:, order], [quarter] * len(order), where) for quarter in (0, 2))
+        left = min(beside_places(scene, image[:, order], [quarter] * len(order), where) for quarter in (0, 2))
         if left < MAX_SHARE * beside:
             raise Refused(
                 where,
@@ -111,17 +113,3 @@ def _refuse_exchanged(scene: Scene, image: Complex, beside: float, where: str) -
                 f"{1e3 * beside:.0f} mm beside their places, and {1e3 * left:.0f} mm so",
                 "exchange both ids in neck.yaml",
             )
-
-
-def _beside(scene: Scene, image: Complex, quarters: Sequence[int], where: str) -> float:
-    """How far corners lie beside where they would by the markers' own turns, m; image: (F, markers, 4), normalised."""
-    turned = np.stack([np.roll(image[:, k], quarter, axis=1) for k, quarter in enumerate(quarters)], axis=1)
-    on_bar, _ = scene.on_bars(nominal_parameters(scene.arm, scene.markers, np.zeros(6)).placement)
-    least = np.inf
-    for pose in initial_poses(scene, on_bar, turned, where):
-        start = nominal_parameters(scene.arm, scene.markers, pose)
-        angles = initial_angles(scene.arm, scene.markers, start.placement[:, 2], image_to_plane(turned, pose))
-        at = scene.image(start, angles, np.zeros((len(turned), 0)))
-        square = np.nanmean(np.abs(turned - at) ** 2, axis=(1, 2))
-        least = min(least, float(pose[5] * np.sqrt(np.median(square))))
-    return least

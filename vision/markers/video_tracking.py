@@ -1,9 +1,7 @@
 """The markers of a whole video, its segments worked on one after the other or shared among processes."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 from types import MappingProxyType
 from typing import Any
 
@@ -15,6 +13,7 @@ from vision.light_patch import LightPatch
 from vision.markers.tracking import BY_EDGES, MarkerTracker, TrackedFrame, TrackingOptions
 from vision.video import Segment, Video, read_segment
 from xneck_foundation.one_blas_thread import one_blas_thread
+from xneck_foundation.worker_processes import worker_processes
 
 Array = NDArray[np.float64]
 
@@ -108,8 +107,7 @@ def _track_segments(
     if workers == 1 or len(tasks) < 2:
         return [_track_segment(task, progress) for task in tasks]
     parts = []
-    # fresh processes: a fork of one that has threads (OpenCV's, FFmpeg's) may hang
-    with ProcessPoolExecutor(min(workers, len(tasks)), mp_context=get_context("spawn")) as pool:
+    with worker_processes(min(workers, len(tasks))) as pool:
         for part in pool.map(_track_segment, tasks):
             parts.append(part)
             progress(len(part.time))
