@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from identification.estimates import MIN_UNBIASED_PROBABILITY, Estimates
+from identification.estimates import BENDING_FRICTION, MIN_UNBIASED_PROBABILITY, Estimates
 from identification.identifiability import durbin_wu_hausman
 from identification.recorded_check import inconsistency
 from xneck_foundation.one_line import indexed
 from xneck_foundation.unit_text import printed_unit
 
+BENDS = "friction bends before it slides: without that law forces and motion do not fit, so that it is identified too"
 LED_ASTRAY = "instruments lead astray here: numbers are by least squares, which vision's noise may bias"
 
 
@@ -19,6 +20,8 @@ def as_text(estimates: Estimates) -> str:
         if found
     ]
     lines += [f"Estimates that hold: {', '.join(name.replace('_', ' ') for name in estimates.laws)}"]
+    if BENDING_FRICTION in estimates.laws:
+        lines.append(BENDS)
     labels = [indexed(p.name, p.index) for p, _ in estimates.with_identifiability]
     width = max(7, *(len(label) + 2 for label in labels))
     for label, (p, verdict) in zip(labels, estimates.with_identifiability, strict=True):

@@ -34,6 +34,10 @@ LAWS_BY_ELASTIC_MODEL: dict[ElasticModel, tuple[str, ...]] = {
 }
 """laws that are fitted with each of Fasquelle's elastic models"""
 DEFAULT_LAWS = LAWS_BY_ELASTIC_MODEL[1]
+BENDING_FRICTION = "presliding_friction"
+"""law that is fitted too where forces and motion do not fit without it: motors' friction bends before it slides, more or less"""
+MAX_BENDING_SHARE = 0.5
+"""of what is left of the motors' equations, which that law must leave at most to be kept (docs/thresholds.md)"""
 MIN_MOTOR_SPEED_RAD_S = 1.0
 """rad/s: a motor that is slower all the time is at rest, and the recordings are refused (docs/thresholds.md)"""
 _OPPOSED_SIGMAS = 5.0
@@ -179,7 +183,8 @@ def estimate(
 ) -> Estimates:
     """Laws (names of mechanism.laws) fitted to all recordings of one arm together; x0 and delay to each recording alone.
 
-    held: terms, x0 or delay that keep a value. priors: mean and sigma by term and index. Raises Refused where recordings are
+    held: terms, x0 or delay that keep a value. priors: mean and sigma by term and index. Where forces and motion do not fit by
+    these laws, BENDING_FRICTION is fitted too, and `laws` of what comes back has it. Raises Refused where recordings are
     of different arms, a motor stands still, forces and motor angles are counted in opposite senses, or nothing is identified.
 
     >>> import xneck
@@ -191,13 +196,49 @@ def estimate(
     >>> found.model.laws  # a model, as `read_model` gives it
     ('dry_friction', 'viscous_friction', 'linear_cable')
     """
+    held, priors = held or {}, priors or {}
+    found, refusal = _estimate_or_refusal(recordings, laws, held, priors)
+    if BENDING_FRICTION not in laws and (found is None or _open_joint(recordings, found.solution) is not None):
+        bent, _ = _estimate_or_refusal(recordings, (*laws, BENDING_FRICTION), held, priors)
+        if bent and (found is None or np.all(bent.rms()[0] < MAX_BENDING_SHARE * found.rms()[0])):
+            return bent
+    if found is None:
+        assert refusal is not None
+        raise refusal
+    return found
+
+
+class _Open(Refused):
+    """The refusal of recordings whose equations are left open by the laws."""
+
+
+def _estimate_or_refusal(
+    recordings: Sequence[DataSet],
+    laws: Sequence[str],
+    held: Mapping[str, float | Array],
+    priors: Mapping[tuple[str, int | None], tuple[float, float]],
+) -> tuple[Estimates, None] | tuple[None, _Open]:
+    """As `_estimate`, or why its laws leave equations open."""
+    try:
+        return _estimate(recordings, laws, held, priors), None
+    except _Open as refusal:
+        return None, refusal
+
+
+def _estimate(
+    recordings: Sequence[DataSet],
+    laws: Sequence[str],
+    held: Mapping[str, float | Array],
+    priors: Mapping[tuple[str, int | None], tuple[float, float]],
+) -> Estimates:
+    """As `estimate`, of these laws alone."""
     arm = common_arm(recordings)
     signals = [signals_of(data) for data in recordings]
     check_motion(signals)
     u = unknowns(arm, laws, len(signals), held)
     places = {(e.term.name, e.index): i for i, e in enumerate(u.entries) if e.recording is None}
     prior_at: dict[int, tuple[float, float]] = {}
-    for key, prior in (priors or {}).items():
+    for key, prior in priors.items():
         if key not in places:
             raise Refused(
                 "identify", f"no parameter {key[0]}({key[1]}) for a prior", "give one of a law that is fitted"
@@ -229,7 +270,23 @@ def estimate(
 
 
 def _check_closed(recordings: Sequence[DataSet], solution: FitSolution) -> None:
-    """Raises Refused where far more than noise is left of the arm's equations: another motion would not tell its parameters."""
+    """Raises _Open where far more than noise is left of the arm's equations: another motion would not tell its parameters."""
+    if (is_open := _open_joint(recordings, solution)) is None:
+        return
+    data, joint, left, noise = is_open
+    found = inconsistency(recorded_check(data))
+    raise _Open(
+        "identify",
+        f"forces and motion do not fit: of the torque at joint {joint + 1} {left:.2g} N m are left (rms), where "
+        f"noise makes {noise:.2g}",
+        "are unit, order, signs and time of f right, and the zero of the angles?"
+        + (f" check: {found}" if found else ""),
+    )
+
+
+def _open_joint(recordings: Sequence[DataSet], solution: FitSolution) -> tuple[DataSet, int, float, float] | None:
+    """The first recording of whose arm's equations far more than noise is left, the worst joint, what is left there (rms), and what
+    noise makes, N m; None where there is none."""
     for data, residuals in zip(recordings, solution.residuals, strict=True):
         alpha, sigma = data.state.matrix("alpha"), data.state.matrix("sigma_alpha", "_dd")
         if sigma.shape != alpha.shape:
@@ -239,14 +296,8 @@ def _check_closed(recordings: Sequence[DataSet], solution: FitSolution) -> None:
         left = np.sqrt(np.mean(residuals[-data.arm.N :] ** 2, axis=1))
         worst = int(np.argmax(left / noise))
         if left[worst] > _OPEN_NOISE_RATIO * noise[worst]:
-            found = inconsistency(recorded_check(data))
-            raise Refused(
-                "identify",
-                f"forces and motion do not fit: of the torque at joint {worst + 1} {left[worst]:.2g} N m are left (rms), where "
-                f"noise makes {noise[worst]:.2g}",
-                "are unit, order, signs and time of f right, and the zero of the angles?"
-                + (f" check: {found}" if found else ""),
-            )
+            return data, worst, float(left[worst]), float(noise[worst])
+    return None
 
 
 def common_arm(recordings: Sequence[DataSet]) -> Arm:
