@@ -68,7 +68,10 @@ def doubts_of_forces(forces: Sequence[Column], unscaled: Sequence[Column]) -> li
 def _without_forces(unscaled: Sequence[Column]) -> str:
     """Why a log has no forces, and what would make some of its columns forces."""
     if not unscaled:
-        return "forces: the log holds none, so that nothing can be identified"
+        return (
+            "forces: no column is called one, and without them nothing can be identified: if some are forces, name them in "
+            "motors[].f_column"
+        )
     names, unit = listed(c.name for c in unscaled), unscaled[0].unit or ""
     do = "write motors[].f_column into neck.yaml, and f_scale:"
     if unscaled[0].kind == "current" or unit in _CURRENTS:

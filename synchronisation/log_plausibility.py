@@ -32,7 +32,7 @@ from synchronisation.log_regression import (
     unexplained_winding,
 )
 from synchronisation.log_units import theta_units, unit_of_motors
-from synchronisation.unit_words import column_names, times, to_write, unit_named, what_to_write
+from synchronisation.unit_words import SURE_TOLERANCE, column_names, times, to_write, unit_named, what_to_write
 from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import counted
 
@@ -256,9 +256,17 @@ def _wrong_travel(motion: LoggedMotion, factors: Factors) -> NDArray[np.intp]:
 
 
 def _check_theta_units(neck: Neck, motion: LoggedMotion, factor: Array, wrong: NDArray[np.intp]) -> None:
-    """Refused where the motors that move their cables by another factor than one all have their angles in one other unit."""
+    """Refused where the motors that move their cables by another factor than one all have their drums described twice as large, or
+    their angles in one other unit."""
     tolerance = TRAVEL_TOLERANCE if motion.force.shape[1] else TRAVEL_TOLERANCE_WITHOUT_FORCE
     measured = np.array([factor[j] * neck.motors[j].theta_scale for j in wrong])
+    if np.all(np.abs(np.log(2 * factor[wrong])) < SURE_TOLERANCE):
+        drums = "the drum" if len(wrong) == 1 else "these drums"
+        raise Refused(
+            "log",
+            f"{_travel_words(factor, wrong)}, as where motors[].rd is the diameter of {drums}",
+            "write the radius into neck.yaml; if it is one, is R or theta_scale off by a factor of two?",
+        )
     if units := unit_of_motors(measured, [theta_units(neck.motors[j]) for j in wrong], tolerance):
         named = unit_named("theta", wrong, units, measured, neck.M)
         written = to_write("theta_scale", wrong, [unit.scale for unit in units], neck.M)

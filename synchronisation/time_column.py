@@ -17,6 +17,11 @@ from xneck_foundation.errors import Refused
 from xneck_foundation.one_line import listed
 from xneck_foundation.spelling import quoted
 
+_COUNTER_BITS = (16, 24, 32)
+"""of counters that times are taken from"""
+_MAX_ROWS_LOST = 20.0
+"""that may be missing where such a counter runs over"""
+
 
 def time_column(path: Path, columns: Sequence[Column], contents: LogContents) -> Column:
     """The column of the time: of those that are called so and grow, one that is another in every row; else any that grows evenly.
@@ -75,6 +80,9 @@ def _refuse_no_time(path: Path, columns: Sequence[Column], contents: LogContents
         values = contents.columns[column.name]
         at = int(np.argmin(np.diff(values, prepend=-np.inf) > 0))
         row = contents.number(at)
+        if at and (bits := _overflow(values, at)):
+            what = f"{column.name} runs over in row {row}, as a counter of {bits} bits does"
+            raise Refused(path, what, f"add {2**bits} to it from that row on")
         refuse_backwards(values, str(path), column.name)
         if at:
             second = 1 / TIME_SCALES.get(column.unit or "s", 1.0)
@@ -82,6 +90,11 @@ def _refuse_no_time(path: Path, columns: Sequence[Column], contents: LogContents
         if begins_again(values, at):
             what = f"{column.name} begins again in row {row}, as where two recordings are joined"
             raise Refused(path, what, "cut them apart there")
+        if at and len(values) - at > _MAX_ROWS_LOST and np.all(np.diff(values[at:]) > 0):
+            back = f"{column.name} goes back by {values[at - 1] - values[at]:.6g} in row {row}, and grows on from there"
+            raise Refused(
+                path, back, "are rows written twice, or was the clock set back? leave out the rows on one side"
+            )
         what = f"{column.name} does not grow in row {row} as a time does"
         raise Refused(path, what, "is a row damaged? leave it out")
     growing = [c for c in columns if _grows(contents.columns[c.name])]
@@ -90,6 +103,16 @@ def _refuse_no_time(path: Path, columns: Sequence[Column], contents: LogContents
         raise Refused(path, f"no column is a time: {listed(rows)} counts rows", "log the time of each row")
     held = f" ({listed(c.name for c in columns)})" if columns else ": none holds numbers"
     raise Refused(path, f"no column grows from row to row as a time does{held}", "log the time of each row")
+
+
+def _overflow(values: Array, at: int) -> int:
+    """Bits of a counter (T,) that has run over its last number before row `at`; 0 where it has not."""
+    step = float(np.median(np.diff(values)))
+    for bits in _COUNTER_BITS:
+        forward = values[at] + 2.0**bits - values[at - 1]
+        if 0 < forward < _MAX_ROWS_LOST * step:
+            return bits
+    return 0
 
 
 def _refuse_time_in_words(path: Path, contents: LogContents, *, other_time: bool) -> None:

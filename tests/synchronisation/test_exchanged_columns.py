@@ -219,3 +219,21 @@ def test_a_cable_that_moves_no_joint_is_refused(recording: tuple[Angles, Series]
     neck = neck.model_copy(update={"cables": tuple(cables)})
     with pytest.raises(Refused, match=re.escape("cables[1] moves no joint")):
         check_log_meaning(neck, arm_of(neck), *recording)
+
+
+@pytest.mark.parametrize("motors", [(1, 2, 3, 4), (3,)])
+def test_a_drum_described_by_its_diameter_is_named(recording: tuple[Angles, Series], motors: tuple[int, ...]) -> None:
+    """Motors were said to be in degrees of the drum, by a factor of .44 where .5 was measured."""
+    doubled = [m.model_copy(update={"rd": 2 * m.rd}) if j in motors else m for j, m in enumerate(NECK.motors, start=1)]
+    neck = NECK.model_copy(update={"motors": doubled})
+    with pytest.raises(Refused, match=r"2 times as far as the video shows, as where motors\[\]\.rd is the diameter of"):
+        check_log_meaning(neck, arm_of(neck), *recording)
+
+
+def test_degrees_of_the_drum_are_not_taken_for_its_diameter(recording: tuple[Angles, Series]) -> None:
+    """Control: with a gear of 25 they differ by .44 to .5."""
+    angles, log = recording
+    of_drum = log.matrix("theta") / np.radians(1) / NECK.motors[0].R
+    read = Series(log.time, {**log.columns, **numbered_columns("theta", of_drum)})
+    with pytest.raises(Refused, match="degrees of the drum"):
+        check_log_meaning(NECK, ARM, angles, read)

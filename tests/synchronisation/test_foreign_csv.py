@@ -306,6 +306,28 @@ def test_two_recordings_in_one_file_are_called_that(how: str, tmp_path: Path) ->
             read()
 
 
+@pytest.mark.parametrize(("bits", "tick_s"), [(32, 1e-6), (16, 1e-3)])
+def test_a_time_whose_counter_runs_over_is_called_that(bits: int, tick_s: float, tmp_path: Path) -> None:
+    """It was said to be two recordings joined, to be cut apart."""
+    table = values()[:2000].copy()
+    ticks = np.round((table[:, 0] - table[1000, 0]) / tick_s + 1000 * (tick_s < 1e-4)) % 2**bits
+    log = written(tmp_path / "log.csv", ",".join(OURS), table=np.column_stack([ticks, table[:, 1:]]))
+    with pytest.raises(
+        Refused, match=f"time runs over in row 100[0-2], as a counter of {bits} bits does; add {2**bits}"
+    ):
+        mapping_of(log)
+
+
+def test_rows_that_are_written_twice_are_no_damaged_row(tmp_path: Path) -> None:
+    """The time goes back there, and goes on."""
+    table = values()[:2000]
+    log = written(tmp_path / "log.csv", ",".join(OURS), table=np.concatenate([table[:1500], table[500:]]))
+    with pytest.raises(
+        Refused, match=r"time goes back by .* in row 1502, and grows on from there; are rows written twice"
+    ):
+        mapping_of(log)
+
+
 @pytest.mark.parametrize("cell", ["#N/A", "#DIV/0!", "NA", "null", "-"])
 def test_cells_that_say_that_a_number_is_missing_are_answered_with_what_to_do(cell: str, tmp_path: Path) -> None:
     rows = [[f"{value:.8g}" for value in row] for row in values()]
