@@ -43,8 +43,8 @@ from xneck_foundation.strict_yaml import validate_document
 
 Array = NDArray[np.float64]
 
-FIRST_COUNTED = 5180
-"""nothing was set on these arms or on any after them; 5120, 5127, 5130 and 5159 were looked into"""
+FIRST_COUNTED = 5200
+"""nothing was set on these arms or on any after them; 5120, 5127, 5130, 5159, 5191, 5194 and 5196 were looked into"""
 SEEDS = range(FIRST_COUNTED, FIRST_COUNTED + 20)
 SETTINGS = Settings(seconds=60.0, drawing_off=1.0, noise_deg=0.02)
 SLOW = Settings(
