@@ -208,6 +208,13 @@ def linkage_options(options: ExtractionOptions, drift: bool = True) -> LinkageOp
 
 def refuse_other_size(video: Video, camera: Camera) -> None:
     """Raises Refused where a camera was calibrated at another size of the picture than a video's."""
+    if video.quarter_turns % 2 and (video.height, video.width) == camera.size:
+        raise Refused(
+            video.path,
+            f"is tagged as turned by 90 deg, and read so: the camera was calibrated at {camera.width}x{camera.height}, of pictures "
+            "as the sensor delivers them",
+            "calibrate with a video that is tagged alike, or take the tag off this one",
+        )
     if (video.width, video.height) != camera.size:
         raise Refused(
             video.path,

@@ -112,7 +112,7 @@ def describe_video(path: str | Path) -> Video:
         frames=len(stamps),
         quarter_turns=first.quarter_turns,
         segments=_segments(stamps, keys, tick),
-        warnings=_warnings(number_of_videos, undecodable, first.interlaced, np.array(stamps) * tick),
+        warnings=_warnings(number_of_videos, undecodable, first, np.array(stamps) * tick),
     )
 
 
@@ -188,14 +188,19 @@ def _not_later(path: Path, at: int, time: float, container: str) -> Refused:
     return Refused(path, what)
 
 
-def _warnings(videos: int, undecodable: int, interlaced: bool, time: NDArray[np.float64]) -> tuple[str, ...]:
+def _warnings(videos: int, undecodable: int, first: FirstPicture, time: NDArray[np.float64]) -> tuple[str, ...]:
     """Sentences on a file with so many video streams and frames before its first key frame, and with frames at times (F,), s."""
     warnings = []
     if videos > 1:
         warnings.append(f"of the {videos} videos in the file the first one is read")
     if undecodable:
         warnings.append(f"the first {undecodable} frames need a key frame that is not in the file: they are left out")
-    if interlaced:
+    if first.quarter_turns == 2:
+        warnings.append(
+            "the video is tagged as turned by 180 deg, and read so: pictures are read without such tags, so that camera.yaml must "
+            "be of a video that is tagged alike"
+        )
+    if first.interlaced:
         warnings.append(
             "the video is marked as interlaced: if it is, even and odd rows show two moments, and angles are off"
         )

@@ -122,11 +122,12 @@ def encode(
             container.mux(packet)
 
 
-def tag_as_turned(path: str | Path) -> None:
-    """Write the display matrix of a quarter turn clockwise into an MP4's only track header (ISO 14496-12, 8.3.2)."""
+def tag_as_turned(path: str | Path, *, half: bool = False) -> None:
+    """Write the display matrix of a quarter (clockwise) or half turn into an MP4's only track header (ISO 14496-12 8.3.2)."""
     data = bytearray(Path(path).read_bytes())
     upright = struct.pack(">9i", 65536, 0, 0, 0, 65536, 0, 0, 0, 0x40000000)
-    turned = struct.pack(">9i", 0, 65536, 0, -65536, 0, 0, 0, 0, 0x40000000)
+    rows = (-65536, 0, 0, 0, -65536, 0) if half else (0, 65536, 0, -65536, 0, 0)
+    turned = struct.pack(">9i", *rows, 0, 0, 0x40000000)
     at = data.index(upright, data.index(b"tkhd"))
     data[at : at + len(turned)] = turned
     Path(path).write_bytes(data)

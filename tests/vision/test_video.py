@@ -1,5 +1,6 @@
 """Every frame with its own stamp, and damage named."""
 
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -8,6 +9,8 @@ import numpy as np
 import pytest
 
 from samples.generator.video import tag_as_turned
+from tests.vision.linkage.test_linkage_fit import camera
+from vision.extract import refuse_other_size
 from vision.video import describe_video, read_frames, read_segment
 from xneck_foundation.errors import Refused
 
@@ -110,6 +113,22 @@ def test_a_video_turned_by_its_tag_is_shown_upright(tmp_path: Path) -> None:
     assert (video.width, video.height) == (64, 96)
     for a, b in zip(plain, shown, strict=True):
         np.testing.assert_array_equal(b.grey, np.rot90(a.grey, -1))
+
+
+def test_a_camera_of_pictures_without_the_tag_is_none_of_a_turned_video(tmp_path: Path) -> None:
+    """It was said to be of another size, and asked for pictures of the size that they had; of a half turn nothing was said."""
+    film(tmp_path / "a.mp4", STAMPS[:4])
+    as_delivered = replace(camera(), width=96, height=64)
+    refuse_other_size(describe_video(tmp_path / "a.mp4"), as_delivered)
+    tag_as_turned(tmp_path / "a.mp4")
+    with pytest.raises(
+        Refused, match="tagged as turned by 90 deg, and read so: the camera was calibrated at 96x64, of pictures"
+    ):
+        refuse_other_size(describe_video(tmp_path / "a.mp4"), as_delivered)
+    film(tmp_path / "b.mp4", STAMPS[:4])
+    assert not any("tagged" in said for said in describe_video(tmp_path / "b.mp4").warnings)
+    tag_as_turned(tmp_path / "b.mp4", half=True)
+    assert any("tagged as turned by 180 deg" in said for said in describe_video(tmp_path / "b.mp4").warnings)
 
 
 def test_segments_begin_at_key_frames_and_hold_every_frame_once(tmp_path: Path) -> None:
