@@ -1,6 +1,7 @@
 """The laws of an arm estimated from recordings of it: each parameter with its uncertainty, and whether it is identified."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,8 +37,9 @@ LAWS_BY_ELASTIC_MODEL: dict[ElasticModel, tuple[str, ...]] = {
 DEFAULT_LAWS = LAWS_BY_ELASTIC_MODEL[1]
 BENDING_FRICTION = "presliding_friction"
 """law that is fitted too where forces and motion do not fit without it: motors' friction bends before it slides, more or less"""
-MAX_BENDING_SHARE = 0.5
-"""of what is left of the motors' equations, which that law must leave at most to be kept (docs/thresholds.md)"""
+MAX_BENDING_SHARE, MAX_UNBENT_SHARE = 0.5, 0.1
+"""of what is left of each motor's equation without that law, and of the motor's dry friction: what it may leave and be kept
+(docs/thresholds.md)"""
 MIN_MOTOR_SPEED_RAD_S = 1.0
 """rad/s: a motor that is slower all the time is at rest, and the recordings are refused (docs/thresholds.md)"""
 _OPPOSED_SIGMAS = 5.0
@@ -66,6 +68,12 @@ class Estimates:
     """s of each recording that are used"""
     checks: tuple[Mapping[str, Any], ...]
     """what the check found of each recording (recorded_check.py)"""
+
+    @property
+    def tells_any(self) -> bool:
+        """Whether any number of the laws is identified."""
+        entries = zip(self.identifiability, self.unknowns.entries, strict=True)
+        return any(verdict.identified for verdict, e in entries if e.recording is None)
 
     @property
     def sigma(self) -> Array:
@@ -197,32 +205,18 @@ def estimate(
     ('dry_friction', 'viscous_friction', 'linear_cable')
     """
     held, priors = held or {}, priors or {}
-    found, refusal = _estimate_or_refusal(recordings, laws, held, priors)
-    if BENDING_FRICTION not in laws and (found is None or _open_joint(recordings, found.solution) is not None):
-        bent, _ = _estimate_or_refusal(recordings, (*laws, BENDING_FRICTION), held, priors)
-        if bent and (found is None or np.all(bent.rms()[0] < MAX_BENDING_SHARE * found.rms()[0])):
-            return bent
-    if found is None:
-        assert refusal is not None
-        raise refusal
+    found = _estimate(recordings, laws, held, priors)
+    bends_too = "dry_friction" in laws and BENDING_FRICTION not in laws
+    if bends_too and _open_joint(recordings, found.solution) is not None:
+        with suppress(Refused):
+            bent = _estimate(recordings, (*laws, BENDING_FRICTION), held, priors)
+            most = np.minimum(MAX_BENDING_SHARE * found.rms()[0], MAX_UNBENT_SHARE * bent.values("fs"))
+            if bent.tells_any and np.all(bent.rms()[0] < most):
+                return bent
+    if not found.tells_any:
+        _check_closed(recordings, found.solution)
+        raise Refused("identify", "insufficient: this motion tells none of the parameters", "move more, for longer")
     return found
-
-
-class _Open(Refused):
-    """The refusal of recordings whose equations are left open by the laws."""
-
-
-def _estimate_or_refusal(
-    recordings: Sequence[DataSet],
-    laws: Sequence[str],
-    held: Mapping[str, float | Array],
-    priors: Mapping[tuple[str, int | None], tuple[float, float]],
-) -> tuple[Estimates, None] | tuple[None, _Open]:
-    """As `_estimate`, or why its laws leave equations open."""
-    try:
-        return _estimate(recordings, laws, held, priors), None
-    except _Open as refusal:
-        return None, refusal
 
 
 def _estimate(
@@ -231,7 +225,7 @@ def _estimate(
     held: Mapping[str, float | Array],
     priors: Mapping[tuple[str, int | None], tuple[float, float]],
 ) -> Estimates:
-    """As `estimate`, of these laws alone."""
+    """As `estimate`, of these laws alone, whatever they tell."""
     arm = common_arm(recordings)
     signals = [signals_of(data) for data in recordings]
     check_motion(signals)
@@ -254,9 +248,6 @@ def _estimate(
     _check_signs(u, solution)
     _check_tension(signals, u, solution)
     identifiability = judge_identifiability(u, solution)
-    if not any(v.identified for v, e in zip(identifiability, u.entries, strict=True) if e.recording is None):
-        _check_closed(recordings, solution)
-        raise Refused("identify", "insufficient: this motion tells none of the parameters", "move more, for longer")
     seconds = tuple(s.step * s.low_pass.factor * len(s.low_pass.kept) for s in signals)
     return Estimates(
         laws=tuple(laws),
@@ -270,12 +261,12 @@ def _estimate(
 
 
 def _check_closed(recordings: Sequence[DataSet], solution: FitSolution) -> None:
-    """Raises _Open where far more than noise is left of the arm's equations: another motion would not tell its parameters."""
+    """Raises Refused where far more than noise is left of the arm's equations: another motion would not tell its parameters."""
     if (is_open := _open_joint(recordings, solution)) is None:
         return
     data, joint, left, noise = is_open
     found = inconsistency(recorded_check(data))
-    raise _Open(
+    raise Refused(
         "identify",
         f"forces and motion do not fit: of the torque at joint {joint + 1} {left:.2g} N m are left (rms), where "
         f"noise makes {noise:.2g}",
