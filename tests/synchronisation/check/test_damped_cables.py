@@ -12,7 +12,7 @@ from state_estimation.motors import motors_in
 from synchronisation.check.check import check_elongations
 from synchronisation.check.observation import observe
 from synchronisation.check.scoring import fit_law
-from tests.identification.test_estimates import recording
+from tests.identification.test_estimates import K, recording
 
 MOST_LEFT_M = 1e-5
 """half of vision's noise through Z; of cables that were taken to follow at once 60 to 300 um were left"""
@@ -41,11 +41,10 @@ def test_what_a_damper_takes_is_explained(ca: float, data: DataSet) -> None:
 
 
 def test_a_cable_lags_by_its_damper_over_its_stiffness(data: DataSet) -> None:
-    """Each newton second a metre more by as much, whatever it lagged by before."""
+    """By the stiffness that the recording was made with; the state between frames leaves some per cent where cables lag by .14 s."""
     at_once, *late = (
         observe(data.arm, frame_angles(data), motors_in(damped(data, ca).state)).law.forces.lag
         for ca in (0.0, 300.0, 800.0)
     )
-    stiffness = [ca / (lag - at_once) for ca, lag in zip((300.0, 800.0), late, strict=True)]
-    np.testing.assert_allclose(*stiffness, rtol=0.03)
-    assert np.all((stiffness[0] > 3e3) & (stiffness[0] < 2e4))
+    for ca, lag in zip((300.0, 800.0), late, strict=True):
+        np.testing.assert_allclose(ca / (lag - at_once), K, rtol=0.05)
