@@ -41,7 +41,7 @@ def test_what_a_damper_takes_is_explained(ca: float, data: DataSet) -> None:
 
 
 def test_a_cable_lags_by_its_damper_over_its_stiffness(data: DataSet) -> None:
-    """By the stiffness that the recording was made with; the state between frames leaves some per cent where cables lag by .14 s."""
+    """By the stiffness that the recording was made with; the state between frames leaves some per cent at a lag of .14 s."""
     at_once, *late = (
         observe(data.arm, frame_angles(data), motors_in(damped(data, ca).state)).law.forces.lag
         for ca in (0.0, 300.0, 800.0)
