@@ -206,15 +206,16 @@ def estimate(
     """
     held, priors = held or {}, priors or {}
     found = _estimate(recordings, laws, held, priors)
-    bends_too = "dry_friction" in laws and BENDING_FRICTION not in laws
-    if bends_too and _open_joint(recordings, found.solution) is not None:
+    is_open = _open_joint(recordings, found.solution)
+    if is_open and "dry_friction" in laws and BENDING_FRICTION not in laws:
         with suppress(Refused):
             bent = _estimate(recordings, (*laws, BENDING_FRICTION), held, priors)
             most = np.minimum(MAX_BENDING_SHARE * found.rms()[0], MAX_UNBENT_SHARE * bent.values("fs"))
             if bent.tells_any and np.all(bent.rms()[0] < most):
                 return bent
     if not found.tells_any:
-        _check_closed(recordings, found.solution)
+        if is_open:
+            raise _not_closed(*is_open)
         raise Refused("identify", "insufficient: this motion tells none of the parameters", "move more, for longer")
     return found
 
@@ -260,13 +261,10 @@ def _estimate(
     )
 
 
-def _check_closed(recordings: Sequence[DataSet], solution: FitSolution) -> None:
-    """Raises Refused where far more than noise is left of the arm's equations: another motion would not tell its parameters."""
-    if (is_open := _open_joint(recordings, solution)) is None:
-        return
-    data, joint, left, noise = is_open
+def _not_closed(data: DataSet, joint: int, left: float, noise: float) -> Refused:
+    """The refusal of what `_open_joint` found: another motion would not tell its parameters."""
     found = inconsistency(recorded_check(data))
-    raise Refused(
+    return Refused(
         "identify",
         f"forces and motion do not fit: of the torque at joint {joint + 1} {left:.2g} N m are left (rms), where "
         f"noise makes {noise:.2g}",
